@@ -1,0 +1,166 @@
+"""One MU's controller without ROS: mission and odometry in, thrust and account out."""
+
+from __future__ import annotations
+
+import enum
+import math
+from dataclasses import dataclass
+
+from . import law
+from .mission import Mission, Phase, seconds_between
+from .settings import ControlParameters
+
+ZERO = (0.0, 0.0, 0.0)
+
+
+class Mode(enum.IntEnum):
+    """What the controller does; the numbers are those of tethernet_msgs/MuStatus."""
+
+    IDLE = 0
+    DEPLOYING = 1
+    CLOSING = 2
+    OFF = 3
+    NO_ODOMETRY = 4
+
+
+@dataclass
+class Account:
+    """What a controller reports of itself; the fields of tethernet_msgs/MuStatus."""
+
+    fuel_kg: float = 0.0
+    fuel_at_trigger_kg: float = 0.0
+    tracking_error_m: float = 0.0
+    max_tracking_error_m: float = 0.0
+    commands: int = 0
+    saturated: int = 0
+    rejected_odometry: int = 0
+    deadline_misses: int = 0
+
+
+class MuController:
+    """Flies one MU: follows the mission's phases, tracks the trajectory, keeps the fuel account.
+
+    It knows nothing of where odometry comes from. Time is the odometry's stamp; the only use of another clock is the watchdog, whose
+    caller decides when odometry is late.
+    """
+
+    def __init__(self, mu: int, parameters: ControlParameters):
+        """Args:
+        mu: number of the MU, 1..8.
+        parameters: gains, limits, periods.
+        """
+        self.mu = mu
+        self.parameters = parameters
+        self.mission = Mission(mu_count=8)
+        self.mode = Mode.IDLE
+        self.account = Account()
+        self.aiming_point: tuple[float, float, float] | None = None
+        self.aiming_source = ""
+        self.desired = [math.nan] * 3
+        self.stamp_ns: int | None = None
+        self._start: list[float] | None = None
+        self._integral = [0.0, 0.0, 0.0]
+        self._thrust = [0.0, 0.0, 0.0]
+
+    def take_mission(self, mission: Mission) -> bool:
+        """Take over a newer state of the mission.
+
+        Returns:
+            True when it was newer.
+        """
+        if mission.sequence <= self.mission.sequence and self.mission.sequence:
+            return False
+        self.mission = mission
+        if mission.phase.over:
+            self.mode = Mode.OFF
+        return True
+
+    def aim(self, point, source: str) -> None:
+        """Set the aiming point [m] and where it comes from."""
+        self.aiming_point = tuple(float(value) for value in point)
+        self.aiming_source = source
+
+    def on_odometry(self, stamp_ns: int, position, velocity) -> tuple[float, float, float] | None:
+        """Answer one odometry sample.
+
+        Args:
+            stamp_ns: its time [ns].
+            position: measured, x y z [m], frame launch.
+            velocity: measured, x y z [m/s], frame launch.
+
+        Returns:
+            The thrust [N] until the next sample, or None when the sample was dropped (not finite, or not newer than the last one).
+        """
+        total = 0.0
+        for value in (*position, *velocity):
+            total += value
+        if not math.isfinite(total) or (self.stamp_ns is not None and stamp_ns <= self.stamp_ns):
+            self.account.rejected_odometry += 1
+            return None
+        period = self._account_for_time(stamp_ns)
+        self.stamp_ns = stamp_ns
+        self._command(stamp_ns, position, velocity, period)
+        self.account.commands += 1
+        return tuple(self._thrust)
+
+    def odometry_lost(self) -> bool:
+        """The watchdog found odometry too old: zero thrust until it comes back.
+
+        Returns:
+            True when that is news.
+        """
+        if self.mode not in (Mode.DEPLOYING, Mode.CLOSING):
+            return False
+        self.mode = Mode.NO_ODOMETRY
+        # The command that was held until now has burnt fuel for as long as the watchdog waited.
+        held = self.parameters.watchdog_periods * self.parameters.control_period_s
+        self._burn(held)
+        self._thrust[:] = ZERO
+        return True
+
+    def _account_for_time(self, stamp_ns: int) -> float:
+        """Book the fuel and the missed periods since the last sample; return the time step for the integral [s]."""
+        p = self.parameters
+        if self.stamp_ns is None:
+            return p.period_ns * 1e-9
+        gap = seconds_between(self.stamp_ns, stamp_ns)
+        period = min(gap, p.watchdog_periods * p.control_period_s)
+        self._burn(period)
+        if self.mode in (Mode.DEPLOYING, Mode.CLOSING, Mode.NO_ODOMETRY):
+            self.account.deadline_misses += max(0, round(gap / p.control_period_s) - 1)
+        return period
+
+    def _burn(self, duration: float) -> None:
+        p = self.parameters
+        used = law.fuel_used(self._thrust, duration, p.specific_impulse_s, p.standard_gravity_m_s2)
+        self.account.fuel_kg += used
+        if self.mode != Mode.CLOSING and not (self.mode == Mode.NO_ODOMETRY and self.mission.closing):
+            self.account.fuel_at_trigger_kg = self.account.fuel_kg
+
+    def _command(self, stamp_ns: int, position, velocity, period: float) -> None:
+        mission, p = self.mission, self.parameters
+        flying = mission.phase in (Phase.DEPLOYING, Phase.CLOSING) and self.aiming_point is not None
+        if not flying or stamp_ns < mission.launch_ns or (mission.closing and stamp_ns >= mission.end_ns):
+            self._thrust[:] = ZERO
+            self.mode = Mode.OFF if mission.phase.over or mission.closing else Mode.IDLE
+            return
+        if self._start is None:
+            self._start = [float(value) for value in position]
+        closing_elapsed = seconds_between(mission.closing_ns, stamp_ns) if mission.closing else -1.0
+        if closing_elapsed >= 0.0 and not mission.closing_points:
+            self._thrust[:] = ZERO
+            self.mode = Mode.OFF
+            return
+        self.mode = Mode.CLOSING if closing_elapsed >= 0.0 else Mode.DEPLOYING
+        close = mission.closing_points[self.mu - 1] if mission.closing_points else self.aiming_point
+        law.desired_position(
+            seconds_between(mission.launch_ns, stamp_ns), p.deployment_time_s, closing_elapsed,
+            mission.closing_duration_s if mission.closing else 1.0, self._start, self.aiming_point, close, self.desired,
+        )  # fmt: skip
+        if law.pid_thrust(
+            position, velocity, self.desired, self._integral, period, p.kp, p.ki, p.kd, p.thrust_limit_n, self._thrust
+        ):
+            self.account.saturated += 1
+        error = math.dist(self.desired, position)
+        self.account.tracking_error_m = error
+        self.account.max_tracking_error_m = max(self.account.max_tracking_error_m, error)

@@ -1,0 +1,29 @@
+"""Quality-of-service profiles by name.
+
+Everything is RELIABLE: a lost command costs fuel, and lock-step counts on every answer. KEEP_LAST 10 is half a second of
+control ticks; the recorder and the assessor keep more because in lock-step a mission runs faster than real time.
+"""
+
+from rclpy.qos import QoSDurabilityPolicy, QoSHistoryPolicy, QoSProfile, QoSReliabilityPolicy
+
+
+def _reliable(depth: int, durability: QoSDurabilityPolicy) -> QoSProfile:
+    return QoSProfile(
+        history=QoSHistoryPolicy.KEEP_LAST, depth=depth, reliability=QoSReliabilityPolicy.RELIABLE, durability=durability
+    )
+
+
+CONTROL = _reliable(10, QoSDurabilityPolicy.VOLATILE)
+"""Odometry, thrust, heartbeat."""
+
+STATE = _reliable(10, QoSDurabilityPolicy.TRANSIENT_LOCAL)
+"""Latched: mission state, assessment, status, debris and chaser odometry; a late joiner gets the newest samples."""
+
+BULK = _reliable(100, QoSDurabilityPolicy.VOLATILE)
+"""Net state and pictures of it: deep, so that a reader may lag behind by seconds."""
+
+RECORD = _reliable(1000, QoSDurabilityPolicy.VOLATILE)
+"""The recorder's side of every volatile topic."""
+
+RECORD_LATCHED = _reliable(1000, QoSDurabilityPolicy.TRANSIENT_LOCAL)
+"""The recorder's side of every latched topic."""
