@@ -1,0 +1,29 @@
+from setuptools import find_packages, setup
+
+NAME = "tethernet_bringup"
+
+setup(
+    name=NAME,
+    version="0.1.0",
+    description="Starts, watches, records and analyses a mission",
+    license="Apache-2.0",
+    maintainer="tethernet maintainers",
+    maintainer_email="maintainers@tethernet.invalid",
+    packages=find_packages(exclude=["test", "tests"]),
+    package_data={"": ["config/*.yaml", "models/*"]},
+    data_files=[
+        ("share/ament_index/resource_index/packages", ["resource/" + NAME]),
+        ("share/" + NAME, ["package.xml"]),
+    ],
+    python_requires=">=3.11",
+    install_requires=["mcap", "matplotlib", "numpy", "psutil", "pyyaml", "rosbags", "zstandard", "tethernet_planner"],
+    zip_safe=False,
+    entry_points={
+        "console_scripts": [
+            "run_mission = tethernet_bringup.cli:main",
+            "analyse_mission = tethernet_bringup.analysis.cli:main",
+            "recorder = tethernet_bringup.recorder_node:main",
+            "salvage = tethernet_bringup.salvage:main",
+        ],
+    },
+)

@@ -1,0 +1,1 @@
+"""Starts, watches, records and analyses a mission."""

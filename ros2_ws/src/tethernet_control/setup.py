@@ -1,0 +1,27 @@
+from setuptools import find_packages, setup
+
+NAME = "tethernet_control"
+
+setup(
+    name=NAME,
+    version="0.1.0",
+    description="Control law, mission rules and parameters of the Manoeuvrable Units; controller node; driver contract",
+    license="Apache-2.0",
+    maintainer="tethernet maintainers",
+    maintainer_email="maintainers@tethernet.invalid",
+    packages=find_packages(exclude=["test", "tests"]),
+    package_data={"": ["config/*.yaml", "models/*"]},
+    data_files=[
+        ("share/ament_index/resource_index/packages", ["resource/" + NAME]),
+        ("share/" + NAME, ["package.xml"]),
+    ],
+    python_requires=">=3.11",
+    install_requires=["numpy", "pyyaml"],
+    zip_safe=False,
+    entry_points={
+        "console_scripts": [
+            "controller = tethernet_control.controller_node:main",
+            "example_driver = tethernet_control.example_driver:main",
+        ],
+    },
+)

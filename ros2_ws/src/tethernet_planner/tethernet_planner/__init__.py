@@ -1,0 +1,1 @@
+"""Aiming points, mission sequencing and capture assessment; planner and assessor nodes."""

@@ -1,0 +1,26 @@
+from setuptools import find_packages, setup
+
+NAME = "tethernet_sim"
+
+setup(
+    name=NAME,
+    version="0.1.0",
+    description="Simulator of net, tether, debris and chaser; batch engine; simulator node",
+    license="Apache-2.0",
+    maintainer="tethernet maintainers",
+    maintainer_email="maintainers@tethernet.invalid",
+    packages=find_packages(exclude=["test", "tests"]),
+    package_data={"": ["config/*.yaml", "models/*"]},
+    data_files=[
+        ("share/ament_index/resource_index/packages", ["resource/" + NAME]),
+        ("share/" + NAME, ["package.xml"]),
+    ],
+    python_requires=">=3.11",
+    install_requires=["numpy", "numba", "scipy", "tethernet_control"],
+    zip_safe=False,
+    entry_points={
+        "console_scripts": [
+            "sim = tethernet_sim.sim_node:main",
+        ],
+    },
+)

@@ -1,0 +1,1 @@
+"""Simulator of net, tether, debris and chaser; batch engine; simulator node."""
