@@ -111,11 +111,9 @@ class MuController:
         """
         if self.mode not in (Mode.DEPLOYING, Mode.CLOSING):
             return False
+        # The held thrust stays on the account: the next sample's stamp will tell how long it acted. In lock-step a slow machine
+        # may trip this watchdog although no time has passed at all.
         self.mode = Mode.NO_ODOMETRY
-        # The command that was held until now has burnt fuel for as long as the watchdog waited.
-        held = self.parameters.watchdog_periods * self.parameters.control_period_s
-        self._burn(held)
-        self._thrust[:] = ZERO
         return True
 
     def _account_for_time(self, stamp_ns: int) -> float:
@@ -134,7 +132,8 @@ class MuController:
         p = self.parameters
         used = law.fuel_used(self._thrust, duration, p.specific_impulse_s, p.standard_gravity_m_s2)
         self.account.fuel_kg += used
-        if self.mode != Mode.CLOSING and not (self.mode == Mode.NO_ODOMETRY and self.mission.closing):
+        # The interval being booked began at the last sample: before closing it counts for the trigger too.
+        if not self.mission.closing or self.stamp_ns is None or self.stamp_ns < self.mission.closing_ns:
             self.account.fuel_at_trigger_kg = self.account.fuel_kg
 
     def _command(self, stamp_ns: int, position, velocity, period: float) -> None:
@@ -161,6 +160,6 @@ class MuController:
             position, velocity, self.desired, self._integral, period, p.kp, p.ki, p.kd, p.thrust_limit_n, self._thrust
         ):
             self.account.saturated += 1
-        error = math.dist(self.desired, position)
+        error = law.distance(self.desired, position)
         self.account.tracking_error_m = error
         self.account.max_tracking_error_m = max(self.account.max_tracking_error_m, error)

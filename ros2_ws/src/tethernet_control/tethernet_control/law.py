@@ -83,3 +83,11 @@ def fuel_used(thrust, duration, specific_impulse, gravity):
     """
     squared = thrust[0] * thrust[0] + thrust[1] * thrust[1] + thrust[2] * thrust[2]
     return math.sqrt(squared) * duration / (gravity * specific_impulse)
+
+
+def distance(first, second):
+    """Distance of two points [m]."""
+    x = first[0] - second[0]
+    y = first[1] - second[1]
+    z = first[2] - second[2]
+    return math.sqrt(x * x + y * y + z * z)

@@ -1,0 +1,229 @@
+"""The whole mission in one call, without ROS: the same physics, control, mission rules and capture test as the nodes."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+
+import numpy as np
+
+from tethernet_control.mission import Mission, Phase, advance, arm, launch, seconds_between
+from tethernet_control.parameters import load
+from tethernet_control.settings import NANOSECOND_S, ControlParameters, MissionParameters
+
+from .capture_quality import QualityParameters, captured, hull_quality, mouth_area, verdict
+from .kernels import control as control_kernels
+from .scenario import Outcome, Scenario
+from .sensors import OdometryNoise
+from .settings import PhysicsParameters
+from .world import World
+
+CHUNK = 64
+"""Scenarios flown together: enough to keep all cores busy until the last one ends, small enough for the caches."""
+
+Observer = Callable[[int, World, np.ndarray], None]
+"""Called at every control tick with (time since launch [ns], world, indices of the scenarios still flying)."""
+
+
+@dataclass(frozen=True)
+class Settings:
+    """All parameters of a flight."""
+
+    physics: PhysicsParameters
+    control: ControlParameters
+    mission: MissionParameters
+    quality: QualityParameters
+
+    @classmethod
+    def load(cls, **overrides: dict) -> Settings:
+        """The default parameters, with some values replaced: ``Settings.load(control={"kp": 12.0})``.
+
+        Raises:
+            ParameterError: for an unknown key, a wrong type or a value out of range.
+        """
+        kinds = {
+            "physics": PhysicsParameters,
+            "control": ControlParameters,
+            "mission": MissionParameters,
+            "quality": QualityParameters,
+        }
+        return cls(**{name: load(kind, overrides.get(name)) for name, kind in kinds.items()})
+
+
+def fly(scenario: Scenario, settings: Settings | None = None, observer: Observer | None = None) -> Outcome:
+    """Fly one scenario to its end; see :func:`fly_many`."""
+    return fly_many([scenario], settings, observer)[0]
+
+
+def fly_many(
+    scenarios: Iterable[Scenario],
+    settings: Settings | None = None,
+    observer: Observer | None = None,
+    progress: Callable[[int, int], None] | None = None,
+) -> list[Outcome]:
+    """Fly scenarios to their ends, on all cores (NUMBA_NUM_THREADS limits them).
+
+    Each scenario gives the same bits whether it is flown alone or among others.
+
+    Args:
+        scenarios: of any mixture of designs.
+        settings: parameters; None for the defaults.
+        observer: looks at every control tick of every chunk.
+        progress: called with (scenarios done, scenarios in all) after each chunk.
+
+    Returns:
+        Outcomes in the order of the scenarios.
+    """
+    scenarios = list(scenarios)
+    settings = settings or Settings.load()
+    outcomes: list[Outcome | None] = [None] * len(scenarios)
+    done = 0
+    for mus in (4, 8):
+        indices = [i for i, scenario in enumerate(scenarios) if scenario.mus == mus]
+        for begin in range(0, len(indices), CHUNK):
+            chunk = indices[begin : begin + CHUNK]
+            flown = _Flight([scenarios[i] for i in chunk], settings).fly(observer)
+            for i, outcome in zip(chunk, flown, strict=True):
+                outcomes[i] = outcome
+            done += len(chunk)
+            if progress:
+                progress(done, len(scenarios))
+    return outcomes
+
+
+class _Flight:
+    """A chunk of scenarios of one design in flight."""
+
+    def __init__(self, scenarios: list[Scenario], settings: Settings):
+        self.scenarios, self.settings = scenarios, settings
+        batch, mus = len(scenarios), scenarios[0].mus
+        self.world = World(
+            mus,
+            np.array([s.debris_position for s in scenarios], float),
+            np.array([s.debris_attitude for s in scenarios], float),
+            np.array([s.debris_rate for s in scenarios], float),
+            settings.physics,
+            settings.mission,
+            settings.control,
+        )
+        self.missions = [launch(arm(Mission(mus), s.debris_position, ""), 0) for s in scenarios]
+        self.noise = [OdometryNoise(s.seed, mus, settings.control) for s in scenarios]
+        self.aim = np.array([s.aiming_points() for s in scenarios])
+        self.close = self.aim.copy()
+        self.start = np.zeros((batch, mus, 3))
+        self.integral = np.zeros((batch, mus, 3))
+        self.thrust = np.zeros((batch, mus, 3))
+        self.closing_elapsed = np.full(batch, -1.0)
+        self.off = np.zeros(batch, bool)
+        self.fuel = np.zeros((batch, mus))
+        self.fuel_at_trigger = np.zeros((batch, mus))
+        self.largest_error = np.zeros(batch)
+        self.mouth: list[float | None] = [None] * batch
+        self.outcomes: list[Outcome | None] = [None] * batch
+
+    def fly(self, observer: Observer | None) -> list[Outcome]:
+        control = self.settings.control
+        flying = np.arange(len(self.scenarios))
+        stamp_ns = 0
+        while len(flying):
+            self._begin_closing(flying, stamp_ns)
+            if observer:
+                observer(stamp_ns, self.world, flying)
+            self._command(flying, stamp_ns)
+            flying = self._decide(flying, stamp_ns)
+            self.world.advance(self.thrust, flying)
+            control_kernels.book_fuel(
+                flying,
+                self.thrust,
+                control.period_ns * NANOSECOND_S,
+                control.specific_impulse_s,
+                control.standard_gravity_m_s2,
+                self.fuel,
+            )
+            stamp_ns += control.period_ns
+        return self.outcomes
+
+    def _begin_closing(self, flying: np.ndarray, stamp_ns: int) -> None:
+        """What happens at the tick at which closing begins, before anything is measured."""
+        for b in flying:
+            mission = self.missions[b]
+            if mission.closing and stamp_ns == mission.closing_ns:
+                self.world.begin_closing(b)
+                self.fuel_at_trigger[b] = self.fuel[b]
+                self.mouth[b] = mouth_area(self.world.mus_as_published(b))
+                if mission.closing_points:
+                    self.close[b] = mission.closing_points
+                else:
+                    self.off[b] = True
+
+    def _command(self, flying: np.ndarray, stamp_ns: int) -> None:
+        """Sense and command."""
+        control, state = self.settings.control, self.world.state
+        noise = np.stack([self.noise[b].draw(1)[0] for b in flying])
+        position, velocity = state.mu_pos.copy(), state.mu_vel.copy()
+        position[flying] += noise[:, :, 0]
+        velocity[flying] += noise[:, :, 1]
+        if stamp_ns == 0:
+            self.start[:] = position
+        for b in flying:
+            if self.missions[b].closing:
+                self.closing_elapsed[b] = seconds_between(self.missions[b].closing_ns, stamp_ns)
+        control_kernels.command(
+            flying, position, velocity, seconds_between(0, stamp_ns), self.closing_elapsed, self.off,
+            control.deployment_time_s, self.settings.mission.closing_duration_s, control.period_ns * NANOSECOND_S,
+            control.kp, control.ki, control.kd, control.thrust_limit_n,
+            self.start, self.aim, self.close, self.integral, self.thrust, self.largest_error,
+        )  # fmt: skip
+
+    def _decide(self, flying: np.ndarray, stamp_ns: int) -> np.ndarray:
+        """The planner's part: trigger, end. Returns the scenarios that fly on."""
+        rules, control = self.settings.mission, self.settings.control
+        going_on = []
+        for b in flying:
+            center = self.world.net_center(b)
+            if not np.isfinite(center).all():
+                self.outcomes[b] = self._outcome(
+                    b, stamp_ns, error=f"the simulation diverged {seconds_between(0, stamp_ns):.2f} s after launch"
+                )
+                continue
+            self.missions[b] = advance(
+                self.missions[b], stamp_ns, center, self.world.debris_position(b), rules, control
+            )
+            if self.missions[b].phase.over:
+                self.outcomes[b] = self._outcome(b, stamp_ns)
+            else:
+                going_on.append(b)
+        return np.array(going_on, dtype=int)
+
+    def _outcome(self, b: int, stamp_ns: int, error: str = "") -> Outcome:
+        scenario, mission, quality = self.scenarios[b], self.missions[b], self.settings.quality
+        missed = mission.phase == Phase.MISSED
+        locked = int(self.world.state.locked[b].sum())
+        cqi = distance = float("nan")
+        if not error:
+            hull = hull_quality(
+                self.world.knots_as_published(b),
+                self.world.mus_as_published(b),
+                self.world.net_center(b),
+                self.world.debris_position(b),
+                quality,
+            )
+            cqi, distance = hull.cqi, hull.distance
+        return Outcome(
+            captured=not error and not missed and captured(cqi, locked, scenario.mus, quality),
+            verdict=f"error: {error}"
+            if error
+            else verdict(cqi, locked, scenario.mus, quality, mission.reason if missed else ""),
+            cqi=cqi,
+            locked_pairs=locked,
+            trigger_time_s=seconds_between(0, mission.closing_ns) if mission.closing else None,
+            end_time_s=seconds_between(0, stamp_ns),
+            fuel_kg=tuple(self.fuel[b].tolist()),
+            fuel_at_trigger_kg=tuple((self.fuel_at_trigger[b] if mission.closing else self.fuel[b]).tolist()),
+            mouth_area_m2=self.mouth[b],
+            net_debris_distance_m=distance,
+            max_tracking_error_m=float(self.largest_error[b]),
+            seed=scenario.seed,
+            mus=scenario.mus,
+            error=error,
+        )

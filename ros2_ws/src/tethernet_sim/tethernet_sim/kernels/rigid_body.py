@@ -1,0 +1,68 @@
+"""Rigid bodies with an axis of symmetry (body z): kick by force and torque, exact torque-free drift."""
+
+from __future__ import annotations
+
+import math
+
+from .options import kernel
+
+
+@kernel
+def rotation_matrix(body, matrix):
+    """Write the body-to-launch rotation of ``body`` (13,) to ``matrix`` (3, 3)."""
+    x, y, z, w = body[6], body[7], body[8], body[9]
+    matrix[0, 0] = 1.0 - 2.0 * (y * y + z * z)
+    matrix[0, 1] = 2.0 * (x * y - w * z)
+    matrix[0, 2] = 2.0 * (x * z + w * y)
+    matrix[1, 0] = 2.0 * (x * y + w * z)
+    matrix[1, 1] = 1.0 - 2.0 * (x * x + z * z)
+    matrix[1, 2] = 2.0 * (y * z - w * x)
+    matrix[2, 0] = 2.0 * (x * z - w * y)
+    matrix[2, 1] = 2.0 * (y * z + w * x)
+    matrix[2, 2] = 1.0 - 2.0 * (x * x + y * y)
+
+
+@kernel
+def angular_rate(body, matrix, inertia, rate):
+    """Write the angular rate in the launch frame [rad/s] to ``rate``."""
+    along = matrix[0, 2] * body[10] + matrix[1, 2] * body[11] + matrix[2, 2] * body[12]
+    spin = along / inertia[1] - along / inertia[0]
+    for axis in range(3):
+        rate[axis] = body[10 + axis] / inertia[0] + spin * matrix[axis, 2]
+
+
+@kernel
+def kick(body, mass, force, torque, time_step):
+    """Change velocity and angular momentum by one step under ``force`` [N] and ``torque`` [N m] (about the centre of mass)."""
+    for axis in range(3):
+        body[3 + axis] += time_step / mass * force[axis]
+        body[10 + axis] += time_step * torque[axis]
+
+
+@kernel
+def drift_body(body, matrix, inertia, duration):
+    """Move a body freely for ``duration`` [s]: exact for a body of revolution, for any duration.
+
+    The angular rate is the constant vector L / I_across plus a spin about the body's own axis, so the attitude is
+    exp(L t / I_across) q exp(spin t e_z). ``matrix`` is brought up to date.
+    """
+    for axis in range(3):
+        body[axis] += duration * body[3 + axis]
+    momentum = math.sqrt(body[10] * body[10] + body[11] * body[11] + body[12] * body[12])
+    if momentum > 0.0:
+        along = matrix[0, 2] * body[10] + matrix[1, 2] * body[11] + matrix[2, 2] * body[12]
+        half_spin = 0.5 * duration * (along / inertia[1] - along / inertia[0])
+        half_turn = 0.5 * duration * momentum / inertia[0]
+        scale = math.sin(half_turn) / momentum
+        px, py, pz, pw = body[10] * scale, body[11] * scale, body[12] * scale, math.cos(half_turn)
+        x, y, z, w = body[6], body[7], body[8], body[9]
+        qx = pw * x + px * w + py * z - pz * y
+        qy = pw * y - px * z + py * w + pz * x
+        qz = pw * z + px * y - py * x + pz * w
+        qw = pw * w - px * x - py * y - pz * z
+        sz, sw = math.sin(half_spin), math.cos(half_spin)
+        x, y = qx * sw + qy * sz, qy * sw - qx * sz
+        z, w = qz * sw + qw * sz, qw * sw - qz * sz
+        norm = 1.0 / math.sqrt(x * x + y * y + z * z + w * w)
+        body[6], body[7], body[8], body[9] = x * norm, y * norm, z * norm, w * norm
+        rotation_matrix(body, matrix)

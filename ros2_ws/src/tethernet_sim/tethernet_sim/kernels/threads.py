@@ -1,0 +1,137 @@
+"""Tension of the net's threads.
+
+Most threads are slack at any time (2 to 6 % are taut until the net is flat), so a step first compares squared lengths for all of
+them, which vectorises well, and evaluates the law for the taut ones only. When many are taut, the law is evaluated for all, vectorised.
+"""
+
+from __future__ import annotations
+
+import math
+
+from tethernet_control.layout import KNOT_ROWS
+
+from ..model import KNOTS
+from .options import kernel
+
+ROW_THREADS = KNOTS - 1
+"""Threads along rows, numbered by their first knot; the entries where a row ends have no thread."""
+COLUMN_THREADS = KNOTS - KNOT_ROWS
+"""Threads along columns, numbered by their first knot."""
+DENSE_FROM = 160
+"""Taut threads from which evaluating all of them, vectorised, is faster (measured)."""
+
+
+@kernel
+def flag_taut(x, y, z, count, stride, mesh, flags):
+    """Set ``flags[i]`` where knots i and i + stride are farther apart than the rest length."""
+    squared_mesh = mesh * mesh
+    for i in range(count):
+        dx = x[i + stride] - x[i]
+        dy = y[i + stride] - y[i]
+        dz = z[i + stride] - z[i]
+        flags[i] = dx * dx + dy * dy + dz * dz > squared_mesh
+
+
+@kernel
+def clear_row_ends(flags):
+    """Remove the flags between the last knot of a row and the first of the next: no thread is there."""
+    for row in range(1, KNOT_ROWS):
+        flags[row * KNOT_ROWS - 1] = 0
+
+
+@kernel
+def collect(words, stride, first, second, count, limit):
+    """List the flagged threads by their end knots; stop beyond ``limit``. Return how many are listed."""
+    for w in range(len(words)):
+        word = words[w]
+        if word:
+            for byte in range(8):
+                if (word >> (8 * byte)) & 1:
+                    if count == limit:
+                        return limit + 1
+                    first[count] = 8 * w + byte
+                    second[count] = 8 * w + byte + stride
+                    count += 1
+    return count
+
+
+@kernel
+def apply_taut(pos, vel, first, second, count, model, force):
+    """Change the knots' velocities by one step under the listed taut threads.
+
+    All forces are found before any velocity changes.
+    """
+    for j in range(count):
+        a, b = first[j], second[j]
+        dx = pos[0, b] - pos[0, a]
+        dy = pos[1, b] - pos[1, a]
+        dz = pos[2, b] - pos[2, a]
+        length = math.sqrt(dx * dx + dy * dy + dz * dz)
+        inverse = 1.0 / length
+        stretching = (
+            (vel[0, b] - vel[0, a]) * dx + (vel[1, b] - vel[1, a]) * dy + (vel[2, b] - vel[2, a]) * dz
+        ) * inverse
+        tension = model.stiffness * (length - model.mesh) + model.damping * stretching
+        tension = max(tension, 0.0) * inverse
+        force[0, j] = tension * dx
+        force[1, j] = tension * dy
+        force[2, j] = tension * dz
+    for j in range(count):
+        a, b = first[j], second[j]
+        gain_a = model.time_step * model.inverse_knot_mass[a]
+        gain_b = model.time_step * model.inverse_knot_mass[b]
+        for axis in range(3):
+            vel[axis, a] += gain_a * force[axis, j]
+            vel[axis, b] -= gain_b * force[axis, j]
+
+
+@kernel
+def all_tensions(x, y, z, vx, vy, vz, count, stride, stiffness, damping, mesh, fx, fy, fz):
+    """Force of each thread on its first knot, 0 where it is slack; vectorises."""
+    for i in range(count):
+        dx = x[i + stride] - x[i]
+        dy = y[i + stride] - y[i]
+        dz = z[i + stride] - z[i]
+        squared = dx * dx + dy * dy + dz * dz
+        inverse = 1.0 / math.sqrt(max(squared, 1e-300))
+        stretch = squared * inverse - mesh
+        stretching = (
+            (vx[i + stride] - vx[i]) * dx + (vy[i + stride] - vy[i]) * dy + (vz[i + stride] - vz[i]) * dz
+        ) * inverse
+        tension = max(stiffness[i] * stretch + damping[i] * stretching, 0.0) * inverse
+        tension = tension if stretch > 0.0 else 0.0
+        fx[i] = tension * dx
+        fy[i] = tension * dy
+        fz[i] = tension * dz
+
+
+@kernel
+def apply_all(pos, vel, model, column_stiffness, column_damping, row_force, column_force):
+    """Change the knots' velocities by one step under all threads.
+
+    ``row_force`` (3, 530) and ``column_force`` (3, 552) are work space with zeros before the first and behind the last thread.
+    """
+    rows = row_force[:, 1:]
+    columns = column_force[:, KNOT_ROWS:]
+    all_tensions(
+        pos[0], pos[1], pos[2], vel[0], vel[1], vel[2], ROW_THREADS, 1,
+        model.row_stiffness, model.row_damping, model.mesh, rows[0], rows[1], rows[2],
+    )  # fmt: skip
+    all_tensions(
+        pos[0], pos[1], pos[2], vel[0], vel[1], vel[2], COLUMN_THREADS, KNOT_ROWS,
+        column_stiffness, column_damping, model.mesh, columns[0], columns[1], columns[2],
+    )  # fmt: skip
+    for axis in range(3):
+        along_row, along_column, speed = row_force[axis], column_force[axis], vel[axis]
+        for i in range(KNOTS):
+            total = along_row[i + 1] - along_row[i] + along_column[i + KNOT_ROWS] - along_column[i]
+            speed[i] += model.time_step * model.inverse_knot_mass[i] * total
+
+
+@kernel
+def drift(pos, vel, time_step):
+    """Move the knots with their new velocities."""
+    for axis in range(3):
+        place, speed = pos[axis], vel[axis]
+        for i in range(KNOTS):
+            place[i] += time_step * speed[i]

@@ -1,0 +1,114 @@
+"""The varying part of a simulation: arrays with a leading scenario axis B. One scenario is the batch of one."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+
+import numpy as np
+
+from tethernet_control.layout import KNOT_ROWS
+
+from .model import KNOTS, Model
+from .settings import PhysicsParameters
+
+DEBRIS, CHASER = 0, 1
+POSITION, VELOCITY, ATTITUDE, MOMENTUM = slice(0, 3), slice(3, 6), slice(6, 10), slice(10, 13)
+"""Columns of :attr:`State.bodies`."""
+
+
+@dataclass
+class State:
+    """State of B scenarios, frame launch. Particles are the 529 knots, then the M MUs."""
+
+    knot_pos: np.ndarray  # (B, 3, 529)
+    """Knot positions [m], one contiguous row per coordinate, so that the thread forces vectorise."""
+    knot_vel: np.ndarray  # (B, 3, 529)
+    """Knot velocities [m/s]."""
+    mu_pos: np.ndarray  # (B, M, 3)
+    """MU positions [m]."""
+    mu_vel: np.ndarray  # (B, M, 3)
+    """MU velocities [m/s]."""
+    bodies: np.ndarray  # (B, 2, 13)
+    """Debris and chaser: position [m], velocity [m/s], attitude (x y z w, body to launch), angular momentum about the centre of mass [N m s]."""
+    bristle: np.ndarray  # (B, 529 + M, 3)
+    """Tangential displacement of each particle's contact since it stuck, debris body frame [m]."""
+    closing: np.ndarray  # (B,) bool
+    """Closing has begun: tether locked, winches on, docking enabled."""
+    tether_length: np.ndarray  # (B,)
+    """Length of the locked main tether [m]; as paid out while it is free."""
+    pair_length: np.ndarray  # (B, R)
+    """Rest length of each closing segment or joint [m]."""
+    locked: np.ndarray  # (B, R) bool
+    """Closing pairs held for good."""
+    contacts: np.ndarray  # (B,) int64
+    """Particles in contact with the debris at the last step."""
+
+    @property
+    def batch(self) -> int:
+        """Number of scenarios."""
+        return len(self.closing)
+
+    def copy(self) -> State:
+        """An independent copy."""
+        return State(**{f.name: getattr(self, f.name).copy() for f in fields(self)})
+
+    def row(self, index: int) -> State:
+        """A view of one scenario, as a batch of one."""
+        return State(**{f.name: getattr(self, f.name)[index : index + 1] for f in fields(self)})
+
+
+def initial_state(
+    model: Model,
+    physics: PhysicsParameters,
+    debris_position: np.ndarray,
+    debris_attitude: np.ndarray,
+    debris_rate: np.ndarray,
+) -> State:
+    """The net folded flat in front of the chaser, everything at rest but the debris' rotation.
+
+    Args:
+        model: of the design.
+        physics: numbers of the bodies.
+        debris_position: centre of mass [m], shape (B, 3).
+        debris_attitude: unit quaternions x y z w, body to launch, shape (B, 4).
+        debris_rate: angular rate in the body frame [rad/s], shape (B, 3).
+    """
+    batch = len(debris_position)
+    mus, pairs = len(model.mu_knot), len(model.pairs)
+    flat = (np.arange(KNOT_ROWS) - KNOT_ROWS // 2) * physics.mesh_m * physics.fold_factor
+    x, y = np.meshgrid(flat, flat)
+    folded = np.stack([x.ravel(), y.ravel(), np.full(KNOTS, -physics.start_distance_m)])
+    bodies = np.zeros((batch, 2, 13))
+    bodies[:, DEBRIS, POSITION] = debris_position
+    bodies[:, DEBRIS, ATTITUDE] = debris_attitude
+    across, along = model.debris_inertia
+    bodies[:, DEBRIS, MOMENTUM] = rotate(
+        np.asarray(debris_attitude, float), debris_rate * np.array([across, across, along])
+    )
+    bodies[:, CHASER, 2] = 0.5 * physics.chaser_side_m
+    bodies[:, CHASER, 9] = 1.0
+    return State(
+        knot_pos=np.repeat(folded[None], batch, axis=0),
+        knot_vel=np.zeros((batch, 3, KNOTS)),
+        mu_pos=np.repeat(folded[:, model.mu_knot].T[None], batch, axis=0),
+        mu_vel=np.zeros((batch, mus, 3)),
+        bodies=bodies,
+        bristle=np.zeros((batch, KNOTS + mus, 3)),
+        closing=np.zeros(batch, bool),
+        tether_length=np.full(batch, physics.start_distance_m),
+        pair_length=np.zeros((batch, pairs)),
+        locked=np.zeros((batch, pairs), bool),
+        contacts=np.zeros(batch, np.int64),
+    )
+
+
+def rotate(attitude: np.ndarray, vector: np.ndarray) -> np.ndarray:
+    """Vectors in the launch frame from vectors in the body frame.
+
+    Args:
+        attitude: unit quaternions x y z w, shape (..., 4).
+        vector: shape (..., 3).
+    """
+    axis, scalar = attitude[..., :3], attitude[..., 3:]
+    turned = 2.0 * np.cross(axis, vector)
+    return vector + scalar * turned + np.cross(axis, turned)

@@ -1,0 +1,104 @@
+"""The simulated world: a batch of scenarios, flown one control period at a time."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from tethernet_control.settings import ControlParameters, MissionParameters
+
+from .kernels import step
+from .model import Model, build_model
+from .settings import PhysicsParameters
+from .state import DEBRIS, POSITION, State, initial_state
+
+
+class World:
+    """B scenarios of one design, from the folded net to the closed mouth.
+
+    Not modelled: orbital dynamics (the motion lasts a minute), attitude of the MUs, contact of knots with each other, of threads between
+    their knots with anything, and of anything with the chaser.
+    """
+
+    def __init__(
+        self,
+        mu_count: int,
+        debris_position: np.ndarray,
+        debris_attitude: np.ndarray,
+        debris_rate: np.ndarray,
+        physics: PhysicsParameters,
+        mission: MissionParameters,
+        control: ControlParameters,
+    ):
+        """Args:
+            mu_count: 4 or 8.
+            debris_position: centre of mass [m], shape (B, 3), frame launch.
+            debris_attitude: unit quaternions x y z w, body to launch, shape (B, 4).
+            debris_rate: angular rate in the body frame [rad/s], shape (B, 3).
+            physics: numbers of the bodies.
+            mission: gives the docking distance.
+            control: gives the control period.
+
+        Raises:
+            ValueError: for an unknown design, or a control period that is not a multiple of the time step.
+        """
+        self.physics = physics
+        self.model: Model = build_model(mu_count, physics, mission)
+        self.steps = round(control.control_period_s / physics.time_step_s)
+        if abs(self.steps * physics.time_step_s - control.control_period_s) > 1e-9 * control.control_period_s:
+            raise ValueError(
+                f"time_step_s = {physics.time_step_s:g} does not divide the control period of {control.control_period_s:g} s"
+            )
+        self.state: State = initial_state(self.model, physics, debris_position, debris_attitude, debris_rate)
+        batch = self.state.batch
+        self.external = np.zeros((batch, mu_count), bool)
+        """MUs whose stand-ins follow a target instead of flying on thrust, shape (B, M)."""
+        self.target_pos = np.zeros((batch, mu_count, 3))
+        """Measured positions of external MUs at the beginning of the next period [m], shape (B, M, 3)."""
+        self.target_vel = np.zeros((batch, mu_count, 3))
+        """Their measured velocities [m/s], shape (B, M, 3)."""
+        self._all = np.arange(batch)
+        self._knot_weight = self.model.knot_mass / self.model.knot_mass.sum()
+
+    def advance(self, thrust: np.ndarray, chosen: np.ndarray | None = None) -> None:
+        """Fly one control period under constant thrust.
+
+        Args:
+            thrust: per scenario and MU [N], shape (B, M, 3).
+            chosen: indices of the scenarios to fly; None for all.
+        """
+        s = self.state
+        step.advance(
+            self.model, self.steps, self._all if chosen is None else chosen, thrust,
+            self.external, self.target_pos, self.target_vel, s.knot_pos, s.knot_vel, s.mu_pos, s.mu_vel,
+            s.bodies, s.bristle, s.closing, s.pair_length, s.locked, s.tether_length, s.contacts,
+        )  # fmt: skip
+
+    def begin_closing(self, index: int) -> None:
+        """Lock the main tether, start the winches, enable docking in one scenario."""
+        s = self.state
+        s.tether_length[index] = step.begin_closing(
+            self.model, s.knot_pos[index], s.mu_pos[index], s.bodies[index, 1], s.pair_length[index], s.locked[index]
+        )
+        s.closing[index] = True
+
+    def net_center(self, index: int) -> tuple[float, float, float]:
+        """Centre of mass of the knots [m], frame launch: what the trigger looks at."""
+        x, y, z = self.state.knot_pos[index] @ self._knot_weight
+        return float(x), float(y), float(z)
+
+    def debris_position(self, index: int) -> tuple[float, float, float]:
+        """The debris' centre of mass [m], frame launch."""
+        x, y, z = self.state.bodies[index, DEBRIS, POSITION]
+        return float(x), float(y), float(z)
+
+    def knots_as_published(self, index: int) -> np.ndarray:
+        """Knot positions as /net/state carries them [m], float32, shape (529, 3)."""
+        return np.ascontiguousarray(self.state.knot_pos[index].T, dtype=np.float32)
+
+    def knot_velocities_as_published(self, index: int) -> np.ndarray:
+        """Knot velocities as /net/state carries them [m/s], float32, shape (529, 3)."""
+        return np.ascontiguousarray(self.state.knot_vel[index].T, dtype=np.float32)
+
+    def mus_as_published(self, index: int) -> np.ndarray:
+        """MU positions as /net/state carries them [m], float32, shape (M, 3)."""
+        return self.state.mu_pos[index].astype(np.float32)
