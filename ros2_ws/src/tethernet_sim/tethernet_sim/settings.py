@@ -120,6 +120,21 @@ class PhysicsParameters:
 
 
 @dataclass(frozen=True)
+class SimNodeParameters:
+    """How the simulator's node runs."""
+
+    FILE: ClassVar[Path] = _CONFIG / "sim_node.yaml"
+
+    answer_timeout_s: float = parameter(
+        "Lock-step: wall time to wait for the answers to a control tick; who has not answered by then counts as lost "
+        "and is not waited for until it answers again",
+        unit="s", low=0.01, high=600.0,
+    )  # fmt: skip
+    status_every: int = parameter("Control ticks between two status messages", low=1, high=100000)
+    markers_every: int = parameter("Control ticks between two pictures for RViz", low=1, high=100000)
+
+
+@dataclass(frozen=True)
 class ScenarioParameters:
     """What is flown. The debris' long axis is its body z axis."""
 

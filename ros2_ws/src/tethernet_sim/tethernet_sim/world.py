@@ -7,9 +7,9 @@ import numpy as np
 from tethernet_control.settings import ControlParameters, MissionParameters
 
 from .kernels import step
-from .model import Model, build_model
+from .model import CENTRAL_KNOT, Model, build_model
 from .settings import PhysicsParameters
-from .state import DEBRIS, POSITION, State, initial_state
+from .state import ATTITUDE, CHASER, DEBRIS, POSITION, State, initial_state, rotate
 
 
 class World:
@@ -102,3 +102,14 @@ class World:
     def mus_as_published(self, index: int) -> np.ndarray:
         """MU positions as /net/state carries them [m], float32, shape (M, 3)."""
         return self.state.mu_pos[index].astype(np.float32)
+
+    def tether(self, index: int) -> tuple[float, float]:
+        """Length of the main tether [m] (paid out; the locked length once closing has begun) and its tension [N], damping left out."""
+        s = self.state
+        chaser = s.bodies[index, CHASER]
+        anchor = chaser[POSITION] + rotate(chaser[ATTITUDE], self.model.tether_anchor)
+        distance = float(np.linalg.norm(anchor - s.knot_pos[index, :, CENTRAL_KNOT]))
+        if not s.closing[index]:
+            return distance, 0.0
+        locked = float(s.tether_length[index])
+        return locked, self.model.tether_stiffness * max(distance - locked, 0.0)

@@ -1,0 +1,103 @@
+"""Who still owes an answer to a control tick: the barrier of lock-step, and the book of thrust commands. No ROS."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+
+from tethernet_control.mission import seconds_between
+from tethernet_control.settings import ControlParameters
+
+ZERO = (0.0, 0.0, 0.0)
+
+
+@dataclass
+class Barrier:
+    """The set of participants that have not answered the present tick; answers to other ticks are ignored."""
+
+    participants: frozenset[str]
+    """Everyone who answers each tick."""
+    lost: set[str] = field(default_factory=set)
+    """Participants that let a wait run out; not waited for until they answer again."""
+    stamp_ns: int = -1
+    """The present tick [ns]."""
+    pending: set[str] = field(default_factory=set)
+    """Participants that are waited for."""
+
+    def open(self, stamp_ns: int) -> None:
+        """Begin a tick."""
+        self.stamp_ns = stamp_ns
+        self.pending = set(self.participants) - self.lost
+
+    def answer(self, who: str, stamp_ns: int) -> bool:
+        """Note an answer.
+
+        Returns:
+            True when it was the last one missing.
+        """
+        if stamp_ns != self.stamp_ns:
+            return False
+        self.lost.discard(who)
+        if who not in self.pending:
+            return False
+        self.pending.remove(who)
+        return not self.pending
+
+    def give_up(self) -> list[str]:
+        """The wait has run out: whoever is pending is lost now. Returns them."""
+        missing = sorted(self.pending)
+        self.lost.update(missing)
+        self.pending = set()
+        return missing
+
+
+class ThrustBook:
+    """The thrust commands of one MU: what is checked, limited, held and zeroed, and how often."""
+
+    def __init__(self, control: ControlParameters):
+        self._control = control
+        self._thrust = ZERO
+        self._stamp_ns: int | None = None
+        self.late = 0
+        """Ticks that had to go on with an older command."""
+        self.rejected = 0
+        """Commands dropped: NaN, infinite, out of order."""
+        self.clipped = 0
+        """Commands beyond the thrust limit."""
+        self.zeroed = 0
+        """Ticks flown at zero because the command was too old."""
+
+    def take(self, stamp_ns: int, thrust, now_ns: int) -> bool:
+        """Take a command.
+
+        Args:
+            stamp_ns: of the odometry it answers [ns].
+            thrust: x y z [N].
+            now_ns: the present tick [ns].
+
+        Returns:
+            True when it is used. It is not when it is not finite, of the future, or older than the one held.
+        """
+        if not all(math.isfinite(value) for value in thrust) or stamp_ns > now_ns:
+            self.rejected += 1
+            return False
+        if self._stamp_ns is not None and stamp_ns < self._stamp_ns:
+            self.rejected += 1
+            return False
+        limit = self._control.thrust_limit_n
+        if max(map(abs, thrust)) > limit:
+            self.clipped += 1
+            thrust = tuple(min(max(value, -limit), limit) for value in thrust)
+        self._thrust, self._stamp_ns = tuple(thrust), stamp_ns
+        return True
+
+    def thrust(self, now_ns: int) -> tuple[float, float, float]:
+        """The thrust for the period that begins at ``now_ns`` [N]; counts late and too old commands."""
+        if self._stamp_ns == now_ns:
+            return self._thrust
+        self.late += 1
+        allowed = self._control.watchdog_periods * self._control.control_period_s
+        if self._stamp_ns is None or seconds_between(self._stamp_ns, now_ns) > allowed + 1e-9:
+            self.zeroed += 1
+            return ZERO
+        return self._thrust

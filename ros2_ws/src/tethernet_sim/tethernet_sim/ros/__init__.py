@@ -1,0 +1,1 @@
+"""The simulator's ROS side: messages from the world."""

@@ -1,0 +1,90 @@
+"""Pictures of the world for RViz."""
+
+from __future__ import annotations
+
+import numpy as np
+from geometry_msgs.msg import Point
+from std_msgs.msg import ColorRGBA
+from tethernet_control.layout import KNOT_ROWS
+from tethernet_control.ros import topics
+from tethernet_control.ros.conversions import set_stamp
+from visualization_msgs.msg import Marker, MarkerArray
+
+from ..model import CENTRAL_KNOT, KNOTS
+from ..state import ATTITUDE, CHASER, DEBRIS, POSITION, rotate
+from ..world import World
+from .messages import set_quaternion, set_xyz
+
+_NET = (0.15, 0.45, 0.85, 1.0)
+_MU = (0.9, 0.35, 0.1, 1.0)
+_DEBRIS = (0.6, 0.6, 0.6, 0.8)
+_CHASER = (0.85, 0.7, 0.2, 0.9)
+
+
+def serpentine() -> tuple[np.ndarray, np.ndarray]:
+    """Knot numbers along the rows and along the columns, turning at every end: two lines that draw all threads."""
+    index = np.arange(KNOTS).reshape(KNOT_ROWS, KNOT_ROWS)
+    rows, columns = index.copy(), index.T.copy()
+    rows[1::2] = rows[1::2, ::-1]
+    columns[1::2] = columns[1::2, ::-1]
+    return rows.ravel(), columns.ravel()
+
+
+class Markers:
+    """Net, MUs, debris, chaser and main tether."""
+
+    def __init__(self, world: World):
+        mus = len(world.model.mu_knot)
+        # The markers share the Point objects: one write moves a knot in all of them.
+        self._knots = [Point() for _ in range(KNOTS)]
+        self._mus = [Point() for _ in range(mus)]
+        self._anchor = Point()
+        rows, columns = serpentine()
+        physics = world.physics
+        threads = [
+            end for mu, knot in zip(self._mus, world.model.mu_knot, strict=True) for end in (mu, self._knots[knot])
+        ]
+        cylinder = _marker("debris", Marker.CYLINDER, _DEBRIS, 2.0 * physics.debris_radius_m, physics.debris_length_m)
+        cube = _marker("chaser", Marker.CUBE, _CHASER, physics.chaser_side_m, physics.chaser_side_m)
+        self.message = MarkerArray(
+            markers=[
+                _line("rows", Marker.LINE_STRIP, _NET, [self._knots[i] for i in rows]),
+                _line("columns", Marker.LINE_STRIP, _NET, [self._knots[i] for i in columns]),
+                _line("mu_threads", Marker.LINE_LIST, _MU, threads),
+                _line("tether", Marker.LINE_LIST, _CHASER, [self._anchor, self._knots[CENTRAL_KNOT]]),
+                _marker("mus", Marker.CUBE_LIST, _MU, 0.4, 0.4),  # drawn larger than they are, to be seen
+                cylinder,
+                cube,
+            ]
+        )
+        self.message.markers[4].points = self._mus
+        self._bodies = ((cylinder, DEBRIS), (cube, CHASER))
+
+    def fill(self, stamp_ns: int, world: World) -> MarkerArray:
+        """The pictures of the present state."""
+        state = world.state
+        for points, places in ((self._knots, state.knot_pos[0].T.tolist()), (self._mus, state.mu_pos[0].tolist())):
+            for point, (x, y, z) in zip(points, places, strict=True):
+                point.x, point.y, point.z = x, y, z
+        chaser = state.bodies[0, CHASER]
+        set_xyz(self._anchor, chaser[POSITION] + rotate(chaser[ATTITUDE], world.model.tether_anchor))
+        for marker, body in self._bodies:
+            set_xyz(marker.pose.position, state.bodies[0, body, POSITION])
+            set_quaternion(marker.pose.orientation, state.bodies[0, body, ATTITUDE])
+        for marker in self.message.markers:
+            set_stamp(marker.header.stamp, stamp_ns)
+        return self.message
+
+
+def _marker(name: str, kind: int, color, width: float, height: float) -> Marker:
+    marker = Marker(ns=name, type=kind, action=Marker.ADD)
+    marker.header.frame_id = topics.FRAME
+    marker.scale.x, marker.scale.y, marker.scale.z = width, width, height
+    marker.color = ColorRGBA(r=color[0], g=color[1], b=color[2], a=color[3])
+    return marker
+
+
+def _line(name: str, kind: int, color, points: list[Point]) -> Marker:
+    marker = _marker(name, kind, color, 0.03, 0.0)
+    marker.points = points
+    return marker

@@ -1,0 +1,129 @@
+"""Messages that tell of the world. Each object makes its message once and fills it again at every control tick."""
+
+from __future__ import annotations
+
+import array
+
+import numpy as np
+from geometry_msgs.msg import TransformStamped
+from nav_msgs.msg import Odometry
+from tethernet_control.layout import KNOT_ROWS
+from tethernet_control.ros import topics
+from tethernet_control.ros.conversions import set_stamp
+from tethernet_control.settings import ControlParameters
+from tethernet_msgs.msg import NetState
+from tf2_msgs.msg import TFMessage
+
+from ..state import ATTITUDE, CHASER, DEBRIS, MOMENTUM, POSITION, VELOCITY, rotate
+from ..world import World
+
+UNKNOWN_VARIANCE = 1e6
+"""Variance of what is not measured: an MU's attitude [rad^2] and angular rate [rad^2/s^2]."""
+_CONJUGATE = np.array([-1.0, -1.0, -1.0, 1.0])
+
+
+def set_xyz(target, values) -> None:
+    """Write three numbers into a Point or Vector3."""
+    target.x, target.y, target.z = float(values[0]), float(values[1]), float(values[2])
+
+
+def set_quaternion(target, values) -> None:
+    """Write x y z w into a Quaternion."""
+    target.x, target.y, target.z, target.w = (float(value) for value in values)
+
+
+class MuOdometry:
+    """An MU's measured position and velocity."""
+
+    def __init__(self, mu: int, control: ControlParameters):
+        self.message = Odometry()
+        self.message.header.frame_id = topics.FRAME
+        self.message.child_frame_id = topics.mu_frame(mu)
+        self.message.pose.covariance[:] = _diagonal(control.position_sigma_m**2, UNKNOWN_VARIANCE)
+        self.message.twist.covariance[:] = _diagonal(control.velocity_sigma_m_s**2, UNKNOWN_VARIANCE)
+
+    def fill(self, stamp_ns: int, position, velocity) -> Odometry:
+        """The message for a measured position [m] and velocity [m/s]; the child's axes are those of frame launch."""
+        set_stamp(self.message.header.stamp, stamp_ns)
+        set_xyz(self.message.pose.pose.position, position)
+        set_xyz(self.message.twist.twist.linear, velocity)
+        return self.message
+
+
+class BodyOdometry:
+    """True motion of debris or chaser."""
+
+    def __init__(self, body: int, frame: str, inertia: np.ndarray):
+        """Args:
+        body: DEBRIS or CHASER.
+        frame: its child frame.
+        inertia: across and along its axis [kg m^2].
+        """
+        self._body = body
+        self._inertia = np.array([inertia[0], inertia[0], inertia[1]])
+        self.message = Odometry()
+        self.message.header.frame_id = topics.FRAME
+        self.message.child_frame_id = frame
+
+    def fill(self, stamp_ns: int, world: World) -> Odometry:
+        """The message for the body's present motion; the twist is in its own frame, as nav_msgs defines it."""
+        row = world.state.bodies[0, self._body]
+        message = self.message
+        set_stamp(message.header.stamp, stamp_ns)
+        set_xyz(message.pose.pose.position, row[POSITION])
+        set_quaternion(message.pose.pose.orientation, row[ATTITUDE])
+        to_body = row[ATTITUDE] * _CONJUGATE
+        set_xyz(message.twist.twist.linear, rotate(to_body, row[VELOCITY]))
+        set_xyz(message.twist.twist.angular, rotate(to_body, row[MOMENTUM]) / self._inertia)
+        return message
+
+
+class NetStateMessage:
+    """The whole net."""
+
+    def __init__(self):
+        self.message = NetState(rows=KNOT_ROWS, columns=KNOT_ROWS)
+        self.message.header.frame_id = topics.FRAME
+
+    def fill(self, stamp_ns: int, world: World) -> NetState:
+        """The message for the net's present state."""
+        message = self.message
+        set_stamp(message.header.stamp, stamp_ns)
+        set_xyz(message.center_of_mass, world.net_center(0))
+        # Buffers, not lists: setting long lists element by element is slow.
+        message.knot_positions = _floats(world.knots_as_published(0))
+        message.knot_velocities = _floats(world.knot_velocities_as_published(0))
+        message.mu_positions = _floats(world.mus_as_published(0))
+        message.mu_velocities = _floats(world.state.mu_vel[0].astype(np.float32))
+        message.locked = world.state.locked[0].tolist()
+        message.tether_length, message.tether_tension = world.tether(0)
+        return message
+
+
+class Transforms:
+    """/tf: where MUs, net centre, debris and chaser are."""
+
+    def __init__(self, mu_count: int):
+        self._frames = [topics.mu_frame(mu) for mu in range(1, mu_count + 1)] + ["net", "debris", "chaser"]
+        self.message = TFMessage(transforms=[TransformStamped(child_frame_id=frame) for frame in self._frames])
+        for transform in self.message.transforms:
+            transform.header.frame_id = topics.FRAME
+
+    def fill(self, stamp_ns: int, world: World) -> TFMessage:
+        """The message for the present state."""
+        bodies = world.state.bodies[0]
+        places = [*world.state.mu_pos[0], world.net_center(0), bodies[DEBRIS, POSITION], bodies[CHASER, POSITION]]
+        for transform, place in zip(self.message.transforms, places, strict=True):
+            set_stamp(transform.header.stamp, stamp_ns)
+            set_xyz(transform.transform.translation, place)
+        set_quaternion(self.message.transforms[-2].transform.rotation, bodies[DEBRIS, ATTITUDE])
+        set_quaternion(self.message.transforms[-1].transform.rotation, bodies[CHASER, ATTITUDE])
+        return self.message
+
+
+def _diagonal(linear: float, angular: float) -> np.ndarray:
+    return np.diag([linear] * 3 + [angular] * 3).ravel()
+
+
+def _floats(values: np.ndarray) -> array.array:
+    return array.array("f", values.tobytes())

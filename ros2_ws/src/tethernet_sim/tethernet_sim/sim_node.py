@@ -1,0 +1,273 @@
+"""The simulator's node: stands in for the real world."""
+
+from __future__ import annotations
+
+import sys
+import time
+
+import numpy as np
+from geometry_msgs.msg import WrenchStamped
+from nav_msgs.msg import Odometry
+from rclpy.node import Node
+from rosgraph_msgs.msg import Clock
+from std_msgs.msg import Header
+from tethernet_control import law
+from tethernet_control.mission import Mission, Phase, seconds_between
+from tethernet_control.ros import qos, topics
+from tethernet_control.ros.conversions import (
+    MessageError,
+    finite,
+    mission_from,
+    nanoseconds,
+    odometry_values,
+    set_stamp,
+)
+from tethernet_control.ros.executor import run
+from tethernet_control.ros.parameters import NODE_OPTIONS, declare
+from tethernet_control.settings import NANOSECOND_S, ControlParameters, MissionParameters
+from tethernet_msgs.msg import MissionState, NetState, SimStatus
+from tf2_msgs.msg import TFMessage
+from visualization_msgs.msg import MarkerArray
+
+from .lockstep import Barrier, ThrustBook
+from .ros.markers import Markers
+from .ros.messages import BodyOdometry, MuOdometry, NetStateMessage, Transforms
+from .sensors import OdometryNoise
+from .settings import PhysicsParameters, ScenarioParameters, SimNodeParameters
+from .state import CHASER, DEBRIS
+from .world import World
+
+PLANNER = "planner"
+_EXTERNAL = "odometry of mu"
+
+
+class SimNode(Node):
+    """Flies one scenario; starts when the planner's launch is confirmed, stops when the mission is over."""
+
+    def __init__(self):
+        super().__init__("sim", **NODE_OPTIONS)
+        self.p, self.scenario, self.control, mission, physics = declare(
+            self, SimNodeParameters, ScenarioParameters, ControlParameters, MissionParameters, PhysicsParameters
+        )
+        mus = self.scenario.mu_count
+        self.mus = range(1, mus + 1)
+        self.world = World(
+            mus,
+            *([values] for values in self._initial_debris()),
+            physics=physics,
+            mission=mission,
+            control=self.control,
+        )
+        self._compile(physics, mission)
+        self.external = set(self.scenario.external)
+        for mu in self.external:
+            self.world.external[0, mu - 1] = True
+            self.world.target_pos[0, mu - 1] = self.world.state.mu_pos[0, mu - 1]
+        self.noise = OdometryNoise(self.scenario.seed, mus, self.control)
+        self.lockstep = self.scenario.pace == "lockstep"
+        self.mission = Mission(mus)
+        self.stamp_ns = 0
+        self.flying = self.finished = False
+        self.books = {mu: ThrustBook(self.control) for mu in self.mus}
+        self.barrier = Barrier(
+            frozenset([PLANNER, *map(topics.mu_frame, self.mus), *(f"{_EXTERNAL}{mu}" for mu in self.external)])
+        )
+        self.fuel = np.zeros(mus)
+        self.latencies: list[float] = []
+        self._sent_at = [0.0] * mus
+        self._launched_at = self._opened_at = 0.0
+        self._make_publishers()
+        self._make_subscriptions()
+        period = self.control.control_period_s
+        # Real time: the pace itself. Lock-step: looks whether a wait has run out.
+        self._timer = self.create_timer(min(0.2, self.p.answer_timeout_s) if self.lockstep else period, self._on_timer)
+        if not self.lockstep:
+            self._timer.cancel()
+        self._publish_bodies()
+
+    def _initial_debris(self):
+        s = self.scenario
+        return np.array(s.debris_position), np.array(s.debris_attitude), np.array(s.debris_rate)
+
+    def _compile(self, physics: PhysicsParameters, mission: MissionParameters) -> None:
+        """Load or compile the kernels before anyone can see this node: who sees it, finds it ready."""
+        trial = World(
+            self.scenario.mu_count,
+            *([values] for values in self._initial_debris()),
+            physics=physics,
+            mission=mission,
+            control=self.control,
+        )
+        trial.begin_closing(0)
+        trial.advance(np.zeros((1, self.scenario.mu_count, 3)))
+
+    def _make_publishers(self) -> None:
+        make = self.create_publisher
+        self._clock = make(Clock, topics.CLOCK, qos.CONTROL)
+        self._odometry = {mu: MuOdometry(mu, self.control) for mu in self.mus if mu not in self.external}
+        self._odometry_out = {mu: make(Odometry, topics.mu_odometry(mu), qos.CONTROL) for mu in self._odometry}
+        model = self.world.model
+        self._bodies = (
+            (BodyOdometry(DEBRIS, "debris", model.debris_inertia), make(Odometry, topics.DEBRIS_ODOMETRY, qos.STATE)),
+            (BodyOdometry(CHASER, "chaser", model.chaser_inertia), make(Odometry, topics.CHASER_ODOMETRY, qos.STATE)),
+        )
+        self._net, self._net_out = NetStateMessage(), make(NetState, topics.NET_STATE, qos.BULK)
+        self._tf, self._tf_out = Transforms(len(self.mus)), make(TFMessage, topics.TF, qos.BULK)
+        self._markers, self._markers_out = Markers(self.world), make(MarkerArray, topics.NET_MARKERS, qos.BULK)
+        self._status_out = make(SimStatus, topics.SIM_STATUS, qos.STATE)
+
+    def _make_subscriptions(self) -> None:
+        subscribe = self.create_subscription
+        subscribe(MissionState, topics.MISSION_STATE, self._on_mission, qos.STATE)
+        subscribe(Header, topics.PLANNER_HEARTBEAT, self._on_heartbeat, qos.CONTROL)
+        for mu in self.mus:
+            subscribe(WrenchStamped, topics.mu_thrust(mu), lambda msg, mu=mu: self._on_thrust(mu, msg), qos.CONTROL)
+        for mu in self.external:
+            subscribe(Odometry, topics.mu_odometry(mu), lambda msg, mu=mu: self._on_external(mu, msg), qos.CONTROL)
+
+    def _on_mission(self, message: MissionState) -> None:
+        try:
+            mission = mission_from(message)
+        except MessageError as error:
+            self.get_logger().error(f"mission state ignored: {error}")
+            return
+        self.mission = mission
+        if mission.phase.over:
+            self._finish()
+        elif mission.phase == Phase.DEPLOYING and message.confirmed and not self.flying and not self.finished:
+            self.flying = True
+            self._launched_at = time.perf_counter()
+            if not self.lockstep:
+                self._timer.reset()
+            self._publish_tick()
+
+    def _on_heartbeat(self, message: Header) -> None:
+        self._answered(PLANNER, nanoseconds(message.stamp))
+
+    def _on_thrust(self, mu: int, message: WrenchStamped) -> None:
+        stamp_ns = nanoseconds(message.header.stamp)
+        name = topics.mu_frame(mu)
+        answered = name not in self.barrier.pending
+        if self.lockstep and stamp_ns == self.stamp_ns and answered and name not in self.barrier.lost:
+            return  # a watchdog's afterthought on a slow machine must not change what was already answered
+        force = message.wrench.force
+        if self.books[mu].take(stamp_ns, (force.x, force.y, force.z), self.stamp_ns) and stamp_ns == self.stamp_ns:
+            self.latencies.append(time.perf_counter() - self._sent_at[mu - 1])
+        self._answered(name, stamp_ns)
+
+    def _on_external(self, mu: int, message: Odometry) -> None:
+        try:
+            stamp_ns, position, velocity = odometry_values(message)
+        except MessageError as error:
+            self.get_logger().warning(f"odometry of external MU {mu} ignored: {error}", throttle_duration_sec=5.0)
+            return
+        if finite(*position, *velocity):
+            # The sample may be older than the tick: the stand-in follows where the MU is now.
+            age = max(0.0, seconds_between(stamp_ns, self.stamp_ns))
+            self.world.target_vel[0, mu - 1] = velocity
+            self.world.target_pos[0, mu - 1] = np.add(position, np.multiply(velocity, age))
+        self._answered(f"{_EXTERNAL}{mu}", stamp_ns)
+
+    def _answered(self, who: str, stamp_ns: int) -> None:
+        if self.flying and self.barrier.answer(who, stamp_ns) and self.lockstep:
+            self._advance()
+
+    def _on_timer(self) -> None:
+        if not self.flying:
+            return
+        if not self.lockstep:
+            self._advance()
+        elif time.perf_counter() - self._opened_at > self.p.answer_timeout_s and self.barrier.pending:
+            missing = self.barrier.give_up()
+            self.get_logger().error(
+                f"no answer to t = {self.stamp_ns * NANOSECOND_S:.2f} s within {self.p.answer_timeout_s:g} s from "
+                f"{', '.join(missing)}: going on without, held commands are zeroed after "
+                f"{self.control.watchdog_periods} periods"
+            )
+            self._advance()
+
+    def _advance(self) -> None:
+        """One control period with the commands at hand, then tell what is measured."""
+        period = self.control.period_ns * NANOSECOND_S
+        thrust = np.array([[self.books[mu].thrust(self.stamp_ns) for mu in self.mus]])
+        for mu in self.external:
+            thrust[0, mu - 1] = 0.0  # its real thrusters act on it, not on its stand-in
+        self.world.advance(thrust)
+        c = self.control
+        for m, force in enumerate(thrust[0]):
+            self.fuel[m] += law.fuel_used(force, period, c.specific_impulse_s, c.standard_gravity_m_s2)
+        self.stamp_ns += c.period_ns
+        for mu in self.external:
+            index = mu - 1
+            self.world.target_pos[0, index] += self.world.target_vel[0, index] * period
+        self._publish_tick()
+
+    def _publish_tick(self) -> None:
+        stamp_ns, state = self.stamp_ns, self.world.state
+        if self.mission.closing and stamp_ns >= self.mission.closing_ns and not state.closing[0]:
+            self.world.begin_closing(0)
+        self.barrier.open(stamp_ns)
+        self._opened_at = time.perf_counter()
+        clock = Clock()
+        set_stamp(clock.clock, stamp_ns)
+        self._clock.publish(clock)
+        noise = self.noise.draw(1)[0]
+        measured = np.stack([state.mu_pos[0], state.mu_vel[0]], axis=1) + noise
+        for mu, (position, velocity) in zip(self.mus, measured.tolist(), strict=True):
+            self._sent_at[mu - 1] = time.perf_counter()
+            if mu not in self.external:
+                self._odometry_out[mu].publish(self._odometry[mu].fill(stamp_ns, position, velocity))
+        self._publish_bodies()
+        self._net_out.publish(self._net.fill(stamp_ns, self.world))
+        self._tf_out.publish(self._tf.fill(stamp_ns, self.world))
+        tick = stamp_ns // self.control.period_ns
+        if tick % self.p.markers_every == 0:
+            self._markers_out.publish(self._markers.fill(stamp_ns, self.world))
+        if tick % self.p.status_every == 0:
+            self._publish_status()
+
+    def _publish_bodies(self) -> None:
+        for body, publisher in self._bodies:
+            publisher.publish(body.fill(self.stamp_ns, self.world))
+
+    def _publish_status(self) -> None:
+        books = [self.books[mu] for mu in self.mus]
+        elapsed = self.stamp_ns * NANOSECOND_S
+        wall = time.perf_counter() - self._launched_at
+        message = SimStatus(
+            tick=self.stamp_ns // self.control.period_ns,
+            finished=self.finished,
+            real_time_factor=elapsed / wall if self.flying or self.finished else 0.0,
+            late_commands=[book.late for book in books],
+            rejected_commands=[book.rejected for book in books],
+            clipped_commands=[book.clipped for book in books],
+            zeroed_commands=[book.zeroed for book in books],
+            lost_controllers=[mu for mu in self.mus if topics.mu_frame(mu) in self.barrier.lost],
+            applied_fuel=self.fuel.tolist(),
+        )
+        if self.latencies:
+            message.latency_p50, message.latency_p99, message.latency_max = np.quantile(
+                self.latencies, [0.5, 0.99, 1.0]
+            ).tolist()
+        set_stamp(message.header.stamp, self.stamp_ns)
+        message.header.frame_id = topics.FRAME
+        self._status_out.publish(message)
+
+    def _finish(self) -> None:
+        if self.finished:
+            return
+        self.finished, self.flying = True, False
+        self._timer.cancel()
+        self._publish_status()
+        self.get_logger().info(
+            f"mission over ({self.mission.phase.name.lower()}) at t = {self.stamp_ns * NANOSECOND_S:.2f} s"
+        )
+
+
+def main(args: list[str] | None = None) -> int:
+    """Run the node; see tethernet_control.ros.executor for the exit status."""
+    return run(SimNode, args)
+
+
+if __name__ == "__main__":
+    sys.exit(main())
