@@ -22,7 +22,9 @@ class ParameterError(ValueError):
     """A parameter is unknown, missing, of the wrong type or out of range."""
 
 
-def parameter(description: str, *, unit: str = "-", low: float | None = None, high: float | None = None, choices=()) -> Any:
+def parameter(
+    description: str, *, unit: str = "-", low: float | None = None, high: float | None = None, choices=()
+) -> Any:
     """Describe a dataclass field as a parameter.
 
     Args:
@@ -30,7 +32,7 @@ def parameter(description: str, *, unit: str = "-", low: float | None = None, hi
         unit: SI unit, or "-".
         low: smallest allowed value.
         high: largest allowed value.
-        choices: allowed values of a string.
+        choices: allowed values of a string or a whole number.
     """
     return dataclasses.field(
         metadata={"description": description, "unit": unit, "low": low, "high": high, "choices": tuple(choices)}
@@ -40,14 +42,18 @@ def parameter(description: str, *, unit: str = "-", low: float | None = None, hi
 def field_types(cls: type) -> dict[str, type]:
     """Parameter names of ``cls`` with their Python types (float, int, bool, str, or tuple for an array of floats)."""
     hints = typing.get_type_hints(cls)
-    return {f.name: (tuple if typing.get_origin(hints[f.name]) is tuple else hints[f.name]) for f in dataclasses.fields(cls)}
+    return {
+        f.name: (tuple if typing.get_origin(hints[f.name]) is tuple else hints[f.name]) for f in dataclasses.fields(cls)
+    }
 
 
 def allowed_text(field: dataclasses.Field) -> str:
     """The allowed values of a parameter in words."""
     meta = field.metadata
     if meta["choices"]:
-        return "one of " + ", ".join(meta["choices"])
+        return "one of " + ", ".join(str(choice) for choice in meta["choices"])
+    if field.type in ("str", "bool"):  # annotations are text
+        return {"str": "text", "bool": "true or false"}[field.type]
     unit = "" if meta["unit"] == "-" else f" {meta['unit']}"
     if meta["low"] is not None and meta["high"] is not None:
         return f"{meta['low']:g} to {meta['high']:g}{unit}"
@@ -119,7 +125,11 @@ def read_yaml(path: str | Path) -> dict[str, dict[str, Any]]:
         raise ParameterError(f"{path}: {form}, got {type(content).__name__}")
     result = {}
     for node, body in content.items():
-        if not isinstance(body, dict) or set(body) != {"ros__parameters"} or not isinstance(body["ros__parameters"], dict):
+        if (
+            not isinstance(body, dict)
+            or set(body) != {"ros__parameters"}
+            or not isinstance(body["ros__parameters"], dict)
+        ):
             raise ParameterError(f"{path}: {form} under {node!r}")
         result[str(node)] = body["ros__parameters"]
     return result

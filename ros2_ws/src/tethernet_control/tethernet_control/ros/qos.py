@@ -1,7 +1,7 @@
 """Quality-of-service profiles by name.
 
-Everything is RELIABLE: a lost command costs fuel, and lock-step counts on every answer. KEEP_LAST 10 is half a second of
-control ticks; the recorder and the assessor keep more because in lock-step a mission runs faster than real time.
+Everything is RELIABLE: a lost command costs fuel, and lock-step counts on every answer. KEEP_LAST 10 is half a second
+of control ticks; the recorder and the assessor keep more because in lock-step a mission runs faster than real time.
 """
 
 from rclpy.qos import QoSDurabilityPolicy, QoSHistoryPolicy, QoSProfile, QoSReliabilityPolicy
@@ -9,7 +9,10 @@ from rclpy.qos import QoSDurabilityPolicy, QoSHistoryPolicy, QoSProfile, QoSReli
 
 def _reliable(depth: int, durability: QoSDurabilityPolicy) -> QoSProfile:
     return QoSProfile(
-        history=QoSHistoryPolicy.KEEP_LAST, depth=depth, reliability=QoSReliabilityPolicy.RELIABLE, durability=durability
+        history=QoSHistoryPolicy.KEEP_LAST,
+        depth=depth,
+        reliability=QoSReliabilityPolicy.RELIABLE,
+        durability=durability,
     )
 
 
@@ -18,6 +21,9 @@ CONTROL = _reliable(10, QoSDurabilityPolicy.VOLATILE)
 
 STATE = _reliable(10, QoSDurabilityPolicy.TRANSIENT_LOCAL)
 """Latched: mission state, assessment, status, debris and chaser odometry; a late joiner gets the newest samples."""
+
+STATE_BACKLOG = _reliable(100, QoSDurabilityPolicy.TRANSIENT_LOCAL)
+"""A reader's side of a latched topic that is published at every control tick, for readers that must not miss one."""
 
 BULK = _reliable(100, QoSDurabilityPolicy.VOLATILE)
 """Net state and pictures of it: deep, so that a reader may lag behind by seconds."""

@@ -1,0 +1,246 @@
+"""The controller of one MU as a process: odometry in, thrust out; see the package README for the contract it keeps.
+
+Started as ``python -m tethernet_control.controller_node --ros-args -p mu:=3``, it becomes node ``mu3_controller``.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+import sys
+import time
+from dataclasses import dataclass
+
+from geometry_msgs.msg import WrenchStamped
+from nav_msgs.msg import Odometry
+from rclpy.clock import Clock, ClockType
+from rclpy.node import Node
+
+from tethernet_msgs.msg import MissionState, MuStatus
+from tethernet_msgs.srv import PlanAimingPoints
+
+from .controller import ZERO, MuController
+from .layout import nominal_aiming_points
+from .mission import Phase
+from .parameters import parameter
+from .ros import executor, topics
+from .ros.conversions import (
+    MessageError,
+    coordinates,
+    mission_from,
+    odometry_values,
+    point_message,
+    set_stamp,
+)
+from .ros.parameters import NODE_OPTIONS, declare
+from .ros.qos import CONTROL, STATE
+from .settings import ControlParameters
+
+FALLBACK = "nominal (fallback)"
+"""What the status gives as the aiming point's source when the planner did not answer."""
+
+
+@dataclass(frozen=True)
+class ControllerIdentity:
+    """Which MU this process controls; has no default."""
+
+    mu: int = parameter("Number of the MU", low=1, high=8)
+
+
+class ControllerNode(Node):
+    """Carries messages to and from one :class:`MuController`; decides nothing but what is about wall time.
+
+    Wall time matters twice: the watchdog on odometry, and the bounded wait for the planner's service.
+    """
+
+    PARAMETERS = (ControllerIdentity, ControlParameters)
+
+    def __init__(self, name: str = "mu_controller"):
+        super().__init__(name, **NODE_OPTIONS)
+        identity, self._parameters = declare(self, *self.PARAMETERS)
+        self._mu = identity.mu
+        self._controller = MuController(identity.mu, self._parameters)
+        self._period_s = self._parameters.control_period_s
+        self._echo = 0
+        self._told: tuple = ()
+        self._answered = 0
+        self._newest_odometry_s = math.inf
+        self._plan_deadline_s = math.inf
+        self._plan_asked = False
+        self._thrust = WrenchStamped()
+        self._thrust.header.frame_id = topics.FRAME
+        self._status = MuStatus(mu=identity.mu)
+        self._status.header.frame_id = topics.FRAME
+
+        self._thrust_publisher = self.create_publisher(WrenchStamped, topics.mu_thrust(self._mu), CONTROL)
+        self._status_publisher = self.create_publisher(MuStatus, topics.mu_status(self._mu), STATE)
+        self._planner = self.create_client(PlanAimingPoints, topics.PLAN_AIMING_POINTS)
+        self.create_subscription(MissionState, topics.MISSION_STATE, self._on_mission, STATE)
+        self.create_subscription(Odometry, topics.mu_odometry(self._mu), self._on_odometry, CONTROL)
+        self.create_timer(self._period_s, self._on_wall_period, clock=Clock(clock_type=ClockType.STEADY_TIME))
+        self._publish_status()
+
+    def _on_odometry(self, message: Odometry) -> None:
+        controller = self._controller
+        try:
+            stamp_ns, position, velocity = odometry_values(message)
+        except MessageError as error:
+            controller.account.rejected_odometry += 1
+            self._complain(f"{error}; dropped")
+            return
+        thrust = controller.on_odometry(stamp_ns, position, velocity)
+        if thrust is None:
+            self._complain(f"odometry dropped: not finite, or its stamp {stamp_ns} ns is not newer than the last one")
+            return
+        self._newest_odometry_s = time.monotonic()
+        self._publish_thrust(message.header.stamp, thrust)
+        self._answered += 1
+        if self._answered % self._parameters.status_every == 0 or self._news() != self._told:
+            self._publish_status()
+
+    def _publish_thrust(self, stamp, thrust) -> None:
+        self._thrust.header.stamp = stamp
+        force = self._thrust.wrench.force
+        force.x, force.y, force.z = thrust
+        self._thrust_publisher.publish(self._thrust)
+
+    def _complain(self, text: str) -> None:
+        self.get_logger().warning(
+            f"{text} ({self._controller.account.rejected_odometry} so far)", throttle_duration_sec=1.0
+        )
+        if self._news() != self._told:
+            self._publish_status()
+
+    def _on_mission(self, message: MissionState) -> None:
+        controller = self._controller
+        try:
+            mission = mission_from(message)
+        except MessageError as error:
+            self.get_logger().error(f"{error}; ignored")
+            return
+        if self._mu > mission.mu_count:
+            self.get_logger().error(
+                f"the mission has {mission.mu_count} MUs and none with number {self._mu}", once=True
+            )
+            return
+        if not controller.take_mission(mission):
+            return
+        if mission.phase == Phase.ABORTED:
+            # Do not wait for the next odometry: it may never come.
+            self._zero_now()
+        needs_plan = mission.phase in (Phase.ARMED, Phase.DEPLOYING, Phase.CLOSING) and controller.aiming_point is None
+        if not needs_plan:
+            self._confirm()
+        elif self._plan_deadline_s == math.inf:
+            self._plan_deadline_s = time.monotonic() + self._parameters.plan_timeout_s
+            self._ask_planner()
+
+    def _ask_planner(self) -> None:
+        """Send the request as soon as the service is there; give up at the deadline."""
+        if time.monotonic() >= self._plan_deadline_s:
+            self._fall_back(f"no answer from {topics.PLAN_AIMING_POINTS} within {self._parameters.plan_timeout_s:g} s")
+        elif not self._plan_asked and self._planner.service_is_ready():
+            mission = self._controller.mission
+            self._plan_asked = True
+            request = PlanAimingPoints.Request(
+                debris_position=point_message(mission.debris_position), mu_count=mission.mu_count, policy=mission.policy
+            )
+            self._planner.call_async(request).add_done_callback(self._on_plan)
+
+    def _on_plan(self, future) -> None:
+        if self._controller.aiming_point is not None:
+            return  # too late: the nominal points were taken and said so
+        if future.exception() is not None:
+            self._fall_back(f"{topics.PLAN_AIMING_POINTS} failed: {future.exception()}")
+            return
+        answer = future.result()
+        points = [coordinates(point) for point in answer.aiming_points]
+        if not answer.success:
+            self._fall_back(f"the planner has no aiming points: {answer.message}")
+        elif len(points) != self._controller.mission.mu_count or not all(math.isfinite(sum(point)) for point in points):
+            self._fall_back(f"the planner's aiming points are not one finite point for each MU: {points}")
+        else:
+            self._aim(points[self._mu - 1], answer.policy)
+
+    def _fall_back(self, why: str) -> None:
+        self.get_logger().warning(f"{why}; flying to the nominal aiming point")
+        mission = self._controller.mission
+        self._aim(nominal_aiming_points(mission.mu_count, mission.debris_position)[self._mu - 1], FALLBACK)
+
+    def _aim(self, point, source: str) -> None:
+        self._plan_deadline_s = math.inf
+        self._controller.aim(point, source)
+        self._confirm()
+
+    def _confirm(self) -> None:
+        """Echo the newest state of the mission: this controller is ready to act on it."""
+        self._echo = self._controller.mission.sequence
+        self._publish_status()
+
+    def _on_wall_period(self) -> None:
+        now = time.monotonic()
+        if self._plan_deadline_s < math.inf:
+            self._ask_planner()
+        if (
+            now - self._newest_odometry_s > self._parameters.watchdog_periods * self._period_s
+            and self._controller.odometry_lost()
+        ):
+            self.get_logger().warning(
+                f"no odometry for {self._parameters.watchdog_periods} control periods: zero thrust until it comes back"
+            )
+            self._zero_now()
+            self._publish_status()
+
+    def _zero_now(self) -> None:
+        """Zero thrust outside the rhythm, stamped as the newest odometry.
+
+        That was answered already: in a lock-step that merely halts, the simulator keeps the first answer.
+        """
+        if self._controller.stamp_ns is not None:
+            set_stamp(self._thrust.header.stamp, self._controller.stamp_ns)
+            self._publish_thrust(self._thrust.header.stamp, ZERO)
+
+    def _news(self) -> tuple:
+        """What is reported at once when it changes."""
+        controller = self._controller
+        return (controller.mode, self._echo, controller.aiming_source, controller.account.rejected_odometry)
+
+    def _publish_status(self) -> None:
+        controller, status = self._controller, self._status
+        account = controller.account
+        self._told = self._news()
+        set_stamp(status.header.stamp, controller.stamp_ns or 0)
+        status.mode = int(controller.mode)
+        status.mission_sequence = self._echo
+        if controller.aiming_point is not None:
+            aim = status.aiming_point
+            aim.x, aim.y, aim.z = controller.aiming_point
+            status.aiming_source = controller.aiming_source
+        if math.isfinite(controller.desired[0]):  # there is none before launch
+            desired = status.desired_position
+            desired.x, desired.y, desired.z = controller.desired
+        status.tracking_error = account.tracking_error_m
+        status.max_tracking_error = account.max_tracking_error_m
+        status.fuel = account.fuel_kg
+        status.fuel_at_trigger = account.fuel_at_trigger_kg
+        status.commands = account.commands
+        status.saturated = account.saturated
+        status.rejected_odometry = account.rejected_odometry
+        status.deadline_misses = account.deadline_misses
+        self._status_publisher.publish(status)
+
+
+def node_name(args: list[str]) -> str:
+    """``mu3_controller`` when ``args`` hold ``-p mu:=3``; a node's name must be known before its parameters are."""
+    numbers = [match.group(1) for argument in args if (match := re.fullmatch(r"mu:=(\d+)", argument))]
+    return f"mu{numbers[-1]}_controller" if numbers else "mu_controller"
+
+
+def main(args: list[str] | None = None) -> int:
+    """Run the node; see :func:`tethernet_control.ros.executor.run` for the exit status."""
+    args = sys.argv if args is None else args
+    return executor.run(lambda: ControllerNode(node_name(args)), args)
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())

@@ -1,0 +1,168 @@
+"""Messages from and to the project's plain types, with the checks that stand at every node's edge."""
+
+from __future__ import annotations
+
+import math
+
+from builtin_interfaces.msg import Time
+from geometry_msgs.msg import Point
+from nav_msgs.msg import Odometry
+
+from tethernet_control.mission import Mission, Phase
+from tethernet_msgs.msg import MissionState
+
+from .topics import FRAME
+
+_SECOND_NS = 1_000_000_000
+_NORM_TOLERANCE = 1e-3  # [-] a quaternion further from norm 1 is no attitude
+
+
+class MessageError(ValueError):
+    """A message breaks the contract of its topic and is not used."""
+
+
+def nanoseconds(stamp: Time) -> int:
+    """A stamp as one number [ns]; all arithmetic with stamps is done in these."""
+    return stamp.sec * _SECOND_NS + stamp.nanosec
+
+
+def set_stamp(stamp: Time, time_ns: int) -> None:
+    """Write a time [ns] into a stamp that is there already."""
+    stamp.sec, stamp.nanosec = divmod(time_ns, _SECOND_NS)
+
+
+def time_message(time_ns: int) -> Time:
+    """A new stamp for a time [ns]."""
+    seconds, rest = divmod(time_ns, _SECOND_NS)
+    return Time(sec=seconds, nanosec=rest)
+
+
+def point_message(point) -> Point:
+    """A new Point for x y z [m]."""
+    x, y, z = point
+    return Point(x=float(x), y=float(y), z=float(z))
+
+
+def coordinates(point: Point) -> tuple[float, float, float]:
+    """Numbers x y z [m] of a Point."""
+    return (point.x, point.y, point.z)
+
+
+def odometry_values(message: Odometry) -> tuple[int, tuple[float, float, float], tuple[float, float, float]]:
+    """What an odometry message says, in frame launch.
+
+    The twist of nav_msgs/Odometry is in the child's frame: it is turned into frame launch where the attitude is not
+    identity. Numbers that are not finite pass: their user drops and counts them.
+
+    Args:
+        message: nav_msgs/Odometry in frame launch.
+
+    Returns:
+        Stamp [ns], position [m], velocity [m/s], both in frame launch.
+
+    Raises:
+        MessageError: for another frame or a quaternion that is no attitude.
+    """
+    header = message.header
+    if header.frame_id != FRAME:
+        raise MessageError(f"odometry in frame {header.frame_id!r}; allowed: {FRAME!r}")
+    pose, linear = message.pose.pose, message.twist.twist.linear
+    position, attitude = pose.position, pose.orientation
+    velocity = (linear.x, linear.y, linear.z)
+    if attitude.w != 1.0:  # the usual case costs one comparison and keeps the bits
+        velocity = rotate((attitude.x, attitude.y, attitude.z, attitude.w), velocity)
+    stamp = header.stamp
+    return stamp.sec * _SECOND_NS + stamp.nanosec, (position.x, position.y, position.z), velocity
+
+
+def rotate(
+    attitude: tuple[float, float, float, float], vector: tuple[float, float, float]
+) -> tuple[float, float, float]:
+    """Turn a vector from the child's frame into the parent's.
+
+    Args:
+        attitude: quaternion x y z w, child to parent; normalised here when nearly so.
+        vector: in the child's frame.
+
+    Raises:
+        MessageError: when the quaternion's norm is not 1 within 1e-3 (all zeros is a message nobody has filled).
+    """
+    x, y, z, w = attitude
+    norm = math.sqrt(x * x + y * y + z * z + w * w)
+    if not abs(norm - 1.0) <= _NORM_TOLERANCE:  # also catches NaN
+        raise MessageError(
+            f"attitude quaternion ({x:g}, {y:g}, {z:g}, {w:g}) has norm {norm:g}; allowed: 1 within {_NORM_TOLERANCE:g}"
+        )
+    x, y, z, w = x / norm, y / norm, z / norm, w / norm
+    vx, vy, vz = vector
+    tx, ty, tz = 2.0 * (y * vz - z * vy), 2.0 * (z * vx - x * vz), 2.0 * (x * vy - y * vx)
+    return (
+        vx + w * tx + y * tz - z * ty,
+        vy + w * ty + z * tx - x * tz,
+        vz + w * tz + x * ty - y * tx,
+    )
+
+
+def finite(*values: float) -> bool:
+    """True when every number is finite; a sum would do, were it not for overflow."""
+    return all(map(math.isfinite, values))
+
+
+def mission_message(mission: Mission, stamp_ns: int, confirmed: bool, reason: str = "") -> MissionState:
+    """The mission as a message.
+
+    Args:
+        mission: what it tells.
+        stamp_ns: odometry time the decision was made at [ns].
+        confirmed: every reachable controller has echoed it.
+        reason: replaces the mission's own where given (who did not confirm).
+    """
+    message = MissionState(
+        phase=int(mission.phase),
+        sequence=mission.sequence,
+        confirmed=confirmed,
+        mu_count=mission.mu_count,
+        policy=mission.policy,
+        launch_time=time_message(mission.launch_ns),
+        closing_time=time_message(mission.closing_ns),
+        end_time=time_message(mission.end_ns),
+        debris_position=point_message(mission.debris_position),
+        closing_points=[point_message(point) for point in mission.closing_points],
+        closing_duration=float(mission.closing_duration_s),
+        reason=reason or mission.reason,
+    )
+    set_stamp(message.header.stamp, stamp_ns)
+    message.header.frame_id = FRAME
+    return message
+
+
+def mission_from(message: MissionState) -> Mission:
+    """The mission that a message tells of.
+
+    Raises:
+        MessageError: for a phase that does not exist, or closing points nobody can fly to.
+    """
+    try:
+        phase = Phase(message.phase)
+    except ValueError:
+        raise MessageError(
+            f"mission state {message.sequence} has phase {message.phase}; allowed: 0 to {max(Phase)}"
+        ) from None
+    points = tuple(coordinates(point) for point in message.closing_points)
+    if points and (len(points) != message.mu_count or not all(finite(*point) for point in points)):
+        raise MessageError(
+            f"mission state {message.sequence} has closing points {points}; allowed: none, or a finite one for each MU"
+        )
+    return Mission(
+        mu_count=message.mu_count,
+        phase=phase,
+        sequence=message.sequence,
+        policy=message.policy,
+        launch_ns=nanoseconds(message.launch_time),
+        closing_ns=nanoseconds(message.closing_time),
+        end_ns=nanoseconds(message.end_time),
+        debris_position=coordinates(message.debris_position),
+        closing_points=points,
+        closing_duration_s=message.closing_duration,
+        reason=message.reason,
+    )

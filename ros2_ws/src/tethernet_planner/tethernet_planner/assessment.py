@@ -1,0 +1,176 @@
+"""When the capture is assessed, and how well it looks; without ROS."""
+
+from __future__ import annotations
+
+import enum
+import math
+import time
+from collections import deque
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from tethernet_control.layout import design
+from tethernet_control.mission import Mission, Phase
+from tethernet_control.settings import ControlParameters
+from tethernet_sim.capture_quality import QualityParameters, captured, hull_quality, mouth_area, verdict
+
+from .net_sample import FROM_MUS, FROM_NET, NetSample
+from .prediction import Prediction, Predictor
+
+_KEPT = 16
+"""Samples kept for a mission state that comes later than the samples it speaks of."""
+
+_PATIENCE_S = 1.0  # [s] wall time to wait for the sample of the end after the mission is over
+
+
+class Stage(enum.IntEnum):
+    """Stages; the numbers are those of tethernet_msgs/CaptureAssessment."""
+
+    PROGRESS = 0
+    TRIGGER = 1
+    FINAL = 2
+
+
+@dataclass(frozen=True)
+class Assessment:
+    """How well the debris is held; the fields of tethernet_msgs/CaptureAssessment."""
+
+    stage: Stage
+    stamp_ns: int
+    cqi: float
+    """[-], NaN where nothing measures the net."""
+    hull_volume: float
+    """[m^3], NaN likewise."""
+    hull_area: float
+    """[m^2], NaN likewise."""
+    mouth_area: float
+    """[m^2]."""
+    net_debris_distance: float
+    """[m]."""
+    locked_pairs: int
+    source: str
+    captured: bool = False
+    """Final stage only."""
+    verdict: str = ""
+    """Final stage only: one sentence."""
+    prediction: Prediction | None = None
+    """Trigger stage only, where there is a surrogate."""
+
+
+class CaptureAssessor:
+    """Turns samples of the net and states of the mission into assessments at the right times.
+
+    The trigger is assessed at the first sample not before ``closing_ns``, the end at the first one not before
+    ``end_ns``. Mission states and samples may come in any order within some ticks.
+    """
+
+    def __init__(
+        self,
+        mu_count: int,
+        control: ControlParameters,
+        quality: QualityParameters,
+        progress_every: int,
+        predictor: Predictor | None = None,
+        clock: Callable[[], float] = time.monotonic,
+    ):
+        """Args:
+        mu_count: 4 or 8.
+        control: gives the control period.
+        quality: numbers of the CQI.
+        progress_every: control ticks between two progress reports.
+        predictor: surrogate asked at the trigger, or None.
+        clock: wall time [s].
+        """
+        self.mission = Mission(mu_count)
+        self._quality = quality
+        self._progress_ns = progress_every * control.period_ns
+        self._predictor = predictor
+        self._clock = clock
+        self._recent: deque[NetSample] = deque(maxlen=_KEPT)
+        self._last_progress = -1
+        self._triggered = self._concluded = False
+        self._over_since_s = math.inf
+
+    def take_mission(self, mission: Mission) -> list[Assessment]:
+        """Take over a newer state of the mission.
+
+        Returns:
+            Assessments that have become due at samples seen before, oldest first.
+        """
+        if mission.sequence <= self.mission.sequence:
+            return []
+        self.mission = mission
+        if mission.phase in (Phase.COMPLETE, Phase.MISSED):
+            self._over_since_s = self._clock()
+        return [assessment for sample in self._recent for assessment in self._due_at(sample)]
+
+    def take_sample(self, sample: NetSample) -> list[Assessment]:
+        """Take the next sample.
+
+        Returns:
+            Assessments that are due at it.
+        """
+        self._recent.append(sample)
+        due = self._due_at(sample)
+        return due or self._progress_at(sample)
+
+    def overdue(self) -> list[Assessment]:
+        """The verdict on what was seen last, when the mission is over and no sample of its end has come.
+
+        To be asked now and then.
+        """
+        if self._concluded or self._clock() - self._over_since_s < _PATIENCE_S:
+            return []
+        self._concluded = True
+        if self._recent:
+            return [self._assess(self._recent[-1], Stage.FINAL)]
+        nothing = math.nan
+        text, held = self._judge(nothing, 0, FROM_NET)
+        return [
+            Assessment(
+                Stage.FINAL, self.mission.end_ns, nothing, nothing, nothing, nothing, nothing, 0, FROM_NET, held, text
+            )
+        ]
+
+    def _due_at(self, sample: NetSample) -> list[Assessment]:
+        mission, due = self.mission, []
+        if mission.closing and not self._triggered and sample.stamp_ns >= mission.closing_ns:
+            self._triggered = True
+            due.append(self._assess(sample, Stage.TRIGGER))
+        ending = mission.phase in (Phase.CLOSING, Phase.COMPLETE, Phase.MISSED) and sample.stamp_ns >= mission.end_ns
+        if ending and not self._concluded:
+            self._concluded = True
+            due.append(self._assess(sample, Stage.FINAL))
+        return due
+
+    def _progress_at(self, sample: NetSample) -> list[Assessment]:
+        if self.mission.phase not in (Phase.DEPLOYING, Phase.CLOSING) or self._concluded:
+            return []
+        progress = (sample.stamp_ns - self.mission.launch_ns) // self._progress_ns
+        if progress <= self._last_progress:
+            return []
+        self._last_progress = progress
+        return [self._assess(sample, Stage.PROGRESS)]
+
+    def _assess(self, sample: NetSample, stage: Stage) -> Assessment:
+        cqi = volume = area = math.nan
+        distance = math.dist(sample.center, sample.debris_position)
+        if sample.source == FROM_NET:
+            hull = hull_quality(
+                sample.knot_positions, sample.mu_positions, sample.center, sample.debris_position, self._quality
+            )
+            cqi, volume, area, distance = hull.cqi, hull.volume, hull.area, hull.distance
+        text, held = self._judge(cqi, sample.locked_pairs, sample.source) if stage == Stage.FINAL else ("", False)
+        prediction = self._predictor.predict(sample) if self._predictor is not None and stage == Stage.TRIGGER else None
+        return Assessment(
+            stage, sample.stamp_ns, cqi, volume, area, mouth_area(sample.mu_positions), distance, sample.locked_pairs,
+            sample.source, held, text, prediction,
+        )  # fmt: skip
+
+    def _judge(self, cqi: float, locked_pairs: int, source: str) -> tuple[str, bool]:
+        mission = self.mission
+        missed = mission.reason if mission.phase == Phase.MISSED else ""
+        text = verdict(cqi, locked_pairs, mission.mu_count, self._quality, missed)
+        if source == FROM_MUS and not missed and not design(mission.mu_count).closes_by_docking:
+            text += "; pairs that winches lock cannot be seen from the MUs"
+        return text, not missed and captured(cqi, locked_pairs, mission.mu_count, self._quality)

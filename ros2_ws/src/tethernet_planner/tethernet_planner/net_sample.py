@@ -1,0 +1,40 @@
+"""The net and the debris at one control tick, as the assessor sees them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+FROM_NET = "net_state"
+FROM_MUS = "mu_odometry"
+
+
+def _nothing() -> np.ndarray:
+    return np.zeros((0, 3), np.float32)
+
+
+@dataclass(frozen=True)
+class NetSample:
+    """One control tick; all positions and velocities in frame launch."""
+
+    stamp_ns: int
+    """[ns]."""
+    center: tuple[float, float, float]
+    """The net's centre of mass, knots without MUs [m]; the MUs' centroid where nothing measures the net."""
+    debris_position: tuple[float, float, float]
+    """The debris' centre of mass [m]."""
+    locked_pairs: int
+    mu_positions: np.ndarray
+    """[m], float32 as published, shape (M, 3), MU 1 first."""
+    knot_positions: np.ndarray = field(default_factory=_nothing)
+    """[m], float32 as published, shape (N, 3), row-major; empty where nothing measures the net."""
+    knot_velocities: np.ndarray = field(default_factory=_nothing)
+    """[m/s], as the positions."""
+    mu_velocities: np.ndarray = field(default_factory=_nothing)
+    """[m/s], as the positions."""
+
+    @property
+    def source(self) -> str:
+        """What measured it: the word in the assessment's message."""
+        return FROM_NET if len(self.knot_positions) else FROM_MUS

@@ -1,0 +1,280 @@
+"""The planner as a process, the chaser's computer: aiming points as a service, the mission's phases, start, abort."""
+
+from __future__ import annotations
+
+import math
+import time
+
+from diagnostic_msgs.msg import DiagnosticArray
+from nav_msgs.msg import Odometry
+from rclpy.clock import Clock, ClockType
+from rclpy.node import Node
+from std_msgs.msg import Header
+from std_srvs.srv import Trigger
+
+from tethernet_control.controller import Mode
+from tethernet_control.layout import design
+from tethernet_control.mission import Mission, Phase, check_debris_position
+from tethernet_control.parameters import ParameterError
+from tethernet_control.ros import diagnostics, executor, topics
+from tethernet_control.ros.conversions import (
+    MessageError,
+    coordinates,
+    finite,
+    mission_message,
+    nanoseconds,
+    odometry_values,
+    point_message,
+    set_stamp,
+)
+from tethernet_control.ros.parameters import NODE_OPTIONS, declare
+from tethernet_control.ros.qos import BULK, CONTROL, STATE, STATE_BACKLOG
+from tethernet_control.settings import ControlParameters, MissionParameters
+from tethernet_msgs.msg import MissionState, MuStatus, NetState
+from tethernet_msgs.srv import PlanAimingPoints
+
+from . import policies
+from .sequencer import MissionSequencer, mu_names
+from .settings import PlannerParameters
+from .swarm import SwarmCentroid
+
+_POLL_S = 0.02  # [s] wall time between two looks at the deadlines
+_UNKNOWN = (math.nan,) * 3
+
+
+class PlannerNode(Node):
+    """Carries messages to and from one :class:`MissionSequencer` and answers for the policies."""
+
+    PARAMETERS = (PlannerParameters, ControlParameters, MissionParameters)
+
+    def __init__(self):
+        super().__init__("planner", **NODE_OPTIONS)
+        self._parameters, control, self._rules = declare(self, *self.PARAMETERS)
+        try:
+            policies.check(self._parameters.policy)
+        except policies.PolicyError as error:
+            raise ParameterError(f"PlannerParameters.policy: {error}") from error
+        mu_count = self._parameters.mu_count
+        self._state_publisher = self.create_publisher(MissionState, topics.MISSION_STATE, STATE)
+        self._beat_publisher = self.create_publisher(Header, topics.PLANNER_HEARTBEAT, CONTROL)
+        self._diagnostics_publisher = self.create_publisher(DiagnosticArray, topics.DIAGNOSTICS, BULK)
+        self._sequencer = MissionSequencer(mu_count, self._rules, control, self._publish_state, self._publish_beat)
+        self._beat = Header(frame_id=topics.FRAME)
+        self._debris: tuple[float, float, float] | None = tuple(self._parameters.debris_position) or None
+        self._debris_ns = -1
+        self._net = _UNKNOWN
+        self._net_ns = -1
+        self._decided_ns = -1
+        self._dropped = 0
+        self._newest_measurement_s = time.monotonic()
+        self._statuses: dict[int, MuStatus] = {}
+
+        self.create_service(PlanAimingPoints, topics.PLAN_AIMING_POINTS, self._on_plan)
+        self.create_service(Trigger, topics.START, self._on_start)
+        self.create_service(Trigger, topics.ABORT, self._on_abort)
+        self.create_subscription(Odometry, topics.DEBRIS_ODOMETRY, self._on_debris, STATE_BACKLOG)
+        for mu in range(1, mu_count + 1):
+            self.create_subscription(MuStatus, topics.mu_status(mu), self._on_status, STATE)
+        self._swarm = None
+        if self._parameters.simulated:
+            self.create_subscription(NetState, topics.NET_STATE, self._on_net, BULK)
+        else:
+            self._swarm = SwarmCentroid(mu_count, control.watchdog_periods * control.period_ns)
+            for mu in range(1, mu_count + 1):
+                self.create_subscription(
+                    Odometry, topics.mu_odometry(mu), lambda message, mu=mu: self._on_mu(mu, message), CONTROL
+                )
+        wall = Clock(clock_type=ClockType.STEADY_TIME)
+        self.create_timer(_POLL_S, self._on_poll, clock=wall)
+        self.create_timer(self._parameters.diagnostics_period_s, self._on_diagnostics, clock=wall)
+        self._sequencer.announce()
+
+    # What is measured
+
+    def _on_net(self, message: NetState) -> None:
+        stamp_ns = nanoseconds(message.header.stamp)
+        if stamp_ns <= self._net_ns:
+            self._drop("net state", "its stamp is not newer than the last one")
+            return
+        center = coordinates(message.center_of_mass)
+        if not finite(*center):
+            # The tick is still decided on, with nothing known of the net: a lock-step simulator waits for the
+            # heartbeat.
+            self._drop("net state", "its centre of mass is not finite")
+            center = _UNKNOWN
+        self._net, self._net_ns = center, stamp_ns
+        self._decide()
+
+    def _on_debris(self, message: Odometry) -> None:
+        try:
+            stamp_ns, position, _ = odometry_values(message)
+        except MessageError as error:
+            self._drop("debris odometry", str(error))
+            return
+        if stamp_ns <= self._debris_ns:
+            self._drop("debris odometry", "its stamp is not newer than the last one")
+            return
+        self._debris_ns = stamp_ns
+        if finite(*position):
+            self._debris = position
+        else:
+            self._drop("debris odometry", "not finite; the last good one stands")
+        self._sequencer.saw_time(stamp_ns)
+        self._decide()
+
+    def _on_mu(self, mu: int, message: Odometry) -> None:
+        try:
+            stamp_ns, position, _ = odometry_values(message)
+        except MessageError as error:
+            self._drop(f"odometry of MU {mu}", str(error))
+            return
+        if not finite(*position):
+            self._drop(f"odometry of MU {mu}", "not finite")
+            return
+        tick = self._swarm.update(mu, stamp_ns, position)
+        self._sequencer.saw_time(stamp_ns)
+        if tick is not None:
+            self._newest_measurement_s = time.monotonic()
+            self._sequencer.measured(tick.stamp_ns, tick.position, self._debris or _UNKNOWN)
+
+    def _decide(self) -> None:
+        """Decide on the newest tick that both the net and the debris are known of."""
+        stamp_ns = self._net_ns
+        if stamp_ns <= self._decided_ns or self._debris_ns < stamp_ns:
+            return
+        self._decided_ns = stamp_ns
+        self._newest_measurement_s = time.monotonic()
+        self._sequencer.measured(stamp_ns, self._net, self._debris or _UNKNOWN)
+
+    def _drop(self, what: str, why: str) -> None:
+        self._dropped += 1
+        self.get_logger().warning(f"{what} dropped: {why} ({self._dropped} dropped so far)", throttle_duration_sec=1.0)
+
+    # What is asked for
+
+    def _on_plan(
+        self, request: PlanAimingPoints.Request, response: PlanAimingPoints.Response
+    ) -> PlanAimingPoints.Response:
+        name = request.policy or self._parameters.policy
+        try:
+            points = self._plan(
+                name, request.mu_count or self._parameters.mu_count, coordinates(request.debris_position)
+            )
+        except ValueError as error:
+            response.success, response.message = False, str(error)
+            return response
+        response.success, response.message, response.policy = True, f"{len(points)} aiming points", name
+        response.aiming_points = [point_message(point) for point in points]
+        return response
+
+    def _plan(self, name: str, mu_count: int, debris_position) -> list[policies.Point]:
+        design(mu_count)
+        position = check_debris_position(debris_position, self._rules)
+        return policies.aiming_points(name, mu_count, position)
+
+    def _on_start(self, _request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+        try:
+            self._start()
+        except ValueError as error:
+            response.success, response.message = False, str(error)
+            self.get_logger().error(f"not started: {error}")
+        else:
+            place = ", ".join(f"{value:g}" for value in self._debris)
+            response.success, response.message = True, f"armed: policy {self._parameters.policy}, debris at ({place}) m"
+            self.get_logger().info(response.message)
+        return response
+
+    def _start(self) -> None:
+        if self._debris is None:
+            raise ValueError(
+                f"nobody has told where the debris is: publish {topics.DEBRIS_ODOMETRY}, "
+                "or set the parameter debris_position"
+            )
+        if self._swarm is not None and self._swarm.missing:
+            raise ValueError(f"no odometry from {mu_names(self._swarm.missing)}: start the drivers first")
+        for mu, late_ns in (self._swarm.behind if self._swarm is not None else {}).items():
+            raise ValueError(
+                f"the newest odometry of MU {mu} is {late_ns * 1e-9:.2f} s older than the newest of all: "
+                "its driver has stopped or the clocks are not synchronised"
+            )
+        if self._sequencer.mission.phase == Phase.WAITING:
+            # Controllers will ask for it; better to know now that it cannot be had.
+            self._plan(self._parameters.policy, self._parameters.mu_count, self._debris)
+        self._newest_measurement_s = time.monotonic()
+        self._sequencer.start(self._debris, self._parameters.policy)
+
+    def _on_abort(self, _request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+        response.success = self._sequencer.abort(f"asked for on {topics.ABORT}")
+        response.message = "aborted" if response.success else f"over already: {self._sequencer.mission.phase.name}"
+        self.get_logger().info(f"abort asked for: {response.message}")
+        return response
+
+    # What happens by itself
+
+    def _on_status(self, message: MuStatus) -> None:
+        self._statuses[message.mu] = message
+        self._sequencer.echoed(message.mu, message.mission_sequence)
+
+    def _on_poll(self) -> None:
+        self._sequencer.poll()
+        flying = self._sequencer.mission.phase in (Phase.DEPLOYING, Phase.CLOSING)
+        patience_s = self._parameters.silence_timeout_s
+        if flying and time.monotonic() - self._newest_measurement_s > patience_s:
+            self._sequencer.abort(f"nothing was measured for {patience_s:g} s")
+
+    def _publish_state(self, mission: Mission, stamp_ns: int, confirmed: bool, reason: str) -> None:
+        self._state_publisher.publish(mission_message(mission, stamp_ns, confirmed, reason))
+        if confirmed and mission.sequence:
+            self.get_logger().info(
+                f"{mission.phase.name} at {stamp_ns * 1e-9:.2f} s" + (f": {reason}" if reason else "")
+            )
+
+    def _publish_beat(self, stamp_ns: int) -> None:
+        set_stamp(self._beat.stamp, stamp_ns)
+        self._beat_publisher.publish(self._beat)
+
+    # How it goes
+
+    def _on_diagnostics(self) -> None:
+        sequencer = self._sequencer
+        mission = sequencer.mission
+        bad = mission.phase in (Phase.MISSED, Phase.ABORTED)
+        level = diagnostics.ERROR if bad else diagnostics.WARN if sequencer.lost or self._dropped else diagnostics.OK
+        entries = [
+            diagnostics.entry(
+                "planner", level, mission.reason or mission.phase.name,
+                phase=mission.phase.name, sequence=mission.sequence, confirmed=sequencer.confirmed,
+                policy=self._parameters.policy, dropped_measurements=self._dropped,
+                lost_controllers=mu_names(sequencer.lost) or "none",
+            )
+        ]  # fmt: skip
+        entries += [self._controller_entry(mu) for mu in range(1, mission.mu_count + 1)]
+        self._diagnostics_publisher.publish(diagnostics.array(sequencer.stamp_ns, entries))
+
+    def _controller_entry(self, mu: int):
+        name, status = f"mu{mu}_controller", self._statuses.get(mu)
+        if status is None:
+            return diagnostics.entry(name, diagnostics.STALE, "not heard of")
+        mode = Mode(status.mode)
+        level, text = diagnostics.OK, mode.name
+        if mu in self._sequencer.lost:
+            level, text = diagnostics.ERROR, "does not answer"
+        elif mode == Mode.NO_ODOMETRY:
+            level, text = diagnostics.ERROR, "no odometry: zero thrust"
+        elif status.rejected_odometry or "fallback" in status.aiming_source:
+            level = diagnostics.WARN
+        return diagnostics.entry(
+            name, level, text,
+            aiming_source=status.aiming_source, tracking_error_m=status.tracking_error, fuel_kg=status.fuel,
+            commands=status.commands, saturated=status.saturated, rejected_odometry=status.rejected_odometry,
+            deadline_misses=status.deadline_misses,
+        )  # fmt: skip
+
+
+def main(args: list[str] | None = None) -> int:
+    """Run the node; see :func:`tethernet_control.ros.executor.run` for the exit status."""
+    return executor.run(PlannerNode, args)
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())

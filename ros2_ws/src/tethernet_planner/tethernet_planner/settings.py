@@ -1,0 +1,69 @@
+"""The parameters of the planner's and the assessor's nodes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import ClassVar
+
+from tethernet_control.parameters import ParameterError, parameter
+
+_CONFIG = Path(__file__).parent / "config"
+
+_SIMULATED = (
+    "A simulator (or a net sensor) publishes the net's state and the debris' odometry. "
+    "False: real MUs alone; the MUs' odometry stands in for the net's state"
+)
+_DEBRIS = (
+    "Debris' centre of mass, x y z, frame launch, where nothing publishes its odometry; empty: it must be published"
+)
+
+
+def _check_debris(instance) -> None:
+    if len(instance.debris_position) not in (0, 3):
+        raise ParameterError(
+            f"{type(instance).__name__}.debris_position has {len(instance.debris_position)} numbers; "
+            "allowed: 3 (x y z) or none"
+        )
+
+
+@dataclass(frozen=True)
+class PlannerParameters:
+    """The planner's node."""
+
+    FILE: ClassVar[Path] = _CONFIG / "planner.yaml"
+
+    mu_count: int = parameter("Number of MUs: 4 (winches close the net) or 8 (the MUs dock)", choices=(4, 8))
+    policy: str = parameter("Name of the policy that makes the aiming points")
+    simulated: bool = parameter(_SIMULATED)
+    debris_position: tuple[float, ...] = parameter(_DEBRIS, unit="m", low=-1000.0, high=1000.0)
+    silence_timeout_s: float = parameter(
+        "Wall time without any measurement in flight after which the mission is aborted, so that nothing hangs",
+        unit="s",
+        low=1.0,
+        high=3600.0,
+    )
+    diagnostics_period_s: float = parameter(
+        "Wall time between two messages on /diagnostics", unit="s", low=0.1, high=60.0
+    )
+
+    def __post_init__(self):
+        _check_debris(self)
+
+
+@dataclass(frozen=True)
+class AssessorParameters:
+    """The assessor's node."""
+
+    FILE: ClassVar[Path] = _CONFIG / "assessor.yaml"
+
+    mu_count: int = parameter("Number of MUs: 4 or 8", choices=(4, 8))
+    simulated: bool = parameter(_SIMULATED)
+    debris_position: tuple[float, ...] = parameter(_DEBRIS, unit="m", low=-1000.0, high=1000.0)
+    progress_every: int = parameter(
+        "Control ticks between two progress reports; the capture quality costs some milliseconds", low=1, high=10000
+    )
+    predictor: str = parameter("Name of the surrogate that predicts the outcome at the trigger; none: no prediction")
+
+    def __post_init__(self):
+        _check_debris(self)
