@@ -1,0 +1,279 @@
+"""One mission from the first process to the verdict."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from tethernet_control.mission import Phase
+from tethernet_control.ros import topics
+
+from .graph import expected
+from .interrupts import Interrupts, MissionInterrupt
+from .nodes import mu_of
+from .outcome import FlightRecord
+from .progress import Display
+from .supervisor import Exit, NodeProcess, Supervisor
+from .supervisor_settings import SupervisorParameters
+
+_SPIN_S = 0.05
+_SETTLE_S = 1.0
+"""[s] Grace for the last accounts of controllers once the verdict is there."""
+_MEMORY_AFTER_S = 2.0
+"""[s] wall time after launch at which memory is measured; again at the end."""
+
+
+class MissionFaultError(Exception):
+    """The mission cannot go on; the message says why."""
+
+
+@dataclass(frozen=True)
+class FlightPlan:
+    """What is flown, and how."""
+
+    processes: tuple[NodeProcess, ...]
+    mu_count: int
+    external: tuple[int, ...]
+    simulated: bool
+    domain_id: int
+    external_timeout_s: float
+    parameters: SupervisorParameters
+
+
+class Flight:
+    """Runs the processes of a mission and follows it to its end."""
+
+    def __init__(
+        self,
+        plan: FlightPlan,
+        supervisor: Supervisor,
+        interrupts: Interrupts,
+        record: FlightRecord,
+        display: Display,
+        began: float,
+    ):
+        """Args:
+        plan: what is flown.
+        supervisor: has no process yet.
+        interrupts: end the mission early.
+        record: gets what is found out.
+        display: shows it.
+        began: when the command started [s], time.monotonic.
+        """
+        self._plan = plan
+        self._supervisor = supervisor
+        self._interrupts = interrupts
+        self._record = record
+        self._display = display
+        self._began = began
+        self._monitor = None
+        self._started = False
+        self._launched_at: float | None = None
+        self._memory_due: float | None = None
+
+    def fly(self) -> None:
+        """Fly the mission; faults and interrupts end up in the record, and no process stays behind."""
+        try:
+            self._supervisor.start_all(self._plan.processes)
+            self._interrupts.check()
+            from .monitor_node import Monitor  # rclpy loads while the nodes start
+
+            self._monitor = Monitor(self._record)
+            self._assemble()
+            self._await_drivers()
+            self._launch()
+            self._follow()
+            self._await_verdict()
+        except MissionInterrupt as interrupt:
+            self._record.interrupted_by = str(interrupt)
+        except MissionFaultError as fault:
+            self._fault(str(fault))
+        except OSError as error:
+            self._fault(f"cannot start the nodes: {error}")
+        finally:
+            self._end()
+
+    def _assemble(self) -> None:
+        """Wait until every node has found every other."""
+        plan = self._plan
+        check = self._monitor.check_graph(expected(plan.mu_count, plan.external, plan.simulated))
+
+        def complete() -> bool:
+            done = check.update() and self._monitor.planner_ready()
+            self._display.live(
+                f"{len(plan.processes)} processes started; still missing: {check.describe(1) or 'the planner'}"
+            )
+            return done
+
+        self._wait(
+            complete,
+            plan.parameters.graph_timeout_s,
+            lambda: f"the graph is incomplete: {check.describe() or 'no planner service'}",
+        )
+        connections = self._monitor.check_connections(check.audiences())
+
+        def connected() -> bool:
+            done = connections.update()
+            self._display.live(f"{len(plan.processes)} processes started; {connections.describe()}")
+            return done
+
+        self._wait(
+            connected, plan.parameters.graph_timeout_s, lambda: f"the graph is incomplete: {connections.describe()}"
+        )
+        strangers = check.strangers()
+        if strangers:
+            topic, names = next(iter(strangers.items()))
+            raise MissionFaultError(
+                f"somebody else is in DDS domain {plan.domain_id}: {topic} has {len(names)} publishers "
+                f"({', '.join(names)}); end the other mission, or take another --domain-id"
+            )
+        self._supervisor.note_shared_memory()
+
+    def _await_drivers(self) -> None:
+        """Wait until each external MU has odometry."""
+        waiting = list(self._plan.external)
+        if not waiting:
+            return
+        if any(self._monitor.publisher_count(topics.mu_odometry(mu)) == 0 for mu in waiting):
+            self._display.note(self._driver_hint(waiting))
+
+        def complete() -> bool:
+            waiting[:] = [mu for mu in waiting if self._monitor.publisher_count(topics.mu_odometry(mu)) == 0]
+            self._display.live(f"waiting for the drivers of {_mu_list(waiting)}")
+            return not waiting
+
+        def complaint() -> str:
+            silent = ", ".join(topics.mu_odometry(mu) for mu in waiting)
+            return (
+                f"no driver publishes {silent} after {self._plan.external_timeout_s:g} s; start it in DDS domain "
+                f"{self._plan.domain_id}, or wait longer with --external-timeout"
+            )
+
+        self._wait(complete, self._plan.external_timeout_s, complaint)
+
+    def _driver_hint(self, mus: list[int]) -> str:
+        wait = f"up to {self._plan.external_timeout_s:g} s"
+        lines = [f"waiting for the drivers of {_mu_list(mus)}, {wait}; the example driver:"]
+        lines += [f"    ROS_DOMAIN_ID={self._plan.domain_id} python examples/mu_driver.py --mu {mu}" for mu in mus]
+        return "\n".join(lines)
+
+    def _launch(self) -> None:
+        """Tell the planner to start and wait until the MUs fly."""
+        self._started = True
+        answer, refusal = self._monitor.start(), ""
+
+        def launched() -> bool:
+            nonlocal answer, refusal
+            given = answer()
+            if given is not None and not given[0] and self._record.phase == Phase.WAITING:
+                # It may only lack a first message, such as the debris' place: ask again until it has got it.
+                answer, refusal = self._monitor.start(), f": {given[1]}"
+            return self._record.launched or self._record.phase.over
+
+        timeout = self._plan.parameters.launch_timeout_s
+        self._wait(launched, timeout, lambda: f"no launch {timeout:g} s after the planner was told to start{refusal}")
+        if self._record.launched:
+            self._launched_at = time.monotonic()
+            self._record.start_s = self._launched_at - self._began
+            self._memory_due = self._launched_at + _MEMORY_AFTER_S
+
+    def _follow(self) -> None:
+        """Follow the flight until the mission is over."""
+        news, heard = None, time.monotonic()
+        silence = self._plan.parameters.silence_timeout_s
+        while not self._record.phase.over:
+            self._step()
+            latest = (self._record.newest_ns, self._record.state.sequence, self._record.state.confirmed)
+            if latest != news:
+                news, heard = latest, time.monotonic()
+            elif time.monotonic() - heard > silence:
+                at = f"{self._record.time_s or 0.0:.2f} s after launch"
+                raise MissionFaultError(f"nothing new has been heard of the mission for {silence:g} s, at {at}")
+            if self._memory_due is not None and time.monotonic() >= self._memory_due:
+                self._memory_due = None
+                self._measure_memory()
+        if self._record.phase == Phase.ABORTED:
+            raise MissionFaultError(f"the mission was aborted: {self._record.state.reason}")
+
+    def _await_verdict(self) -> None:
+        """Wait for the assessor's verdict and for the last accounts."""
+        from .monitor_node import settled
+
+        def told() -> bool:
+            return self._record.final is not None
+
+        timeout = self._plan.parameters.verdict_timeout_s
+        self._wait(told, timeout, lambda: f"no verdict {timeout:g} s after the end of the mission")
+        self._record.wall_time_s = time.monotonic() - self._launched_at
+        self._measure_memory()
+        deadline = time.monotonic() + _SETTLE_S
+        while not settled(self._record, self._plan.simulated) and time.monotonic() < deadline:
+            self._step()
+
+    def _end(self) -> None:
+        """Put an early end on record, then stop everything."""
+        record = self._record
+        if self._launched_at is not None and record.wall_time_s is None:
+            record.wall_time_s = time.monotonic() - self._launched_at
+        early = record.interrupted_by or record.faults
+        if self._monitor is not None:
+            if early and self._started and not record.phase.over:
+                self._abort()
+            self._monitor.close()
+        self._display.live("stopping")
+        for ended in self._supervisor.stop():
+            if ended.forced:
+                record.warnings.append(f"{ended.node.name} did not end when asked and was killed")
+            elif ended.code != 0 and not early:
+                record.warnings.append(f"{ended.node.name} ended with {ended.how}, see its log")
+
+    def _abort(self) -> None:
+        try:
+            self._monitor.abort()
+            deadline = time.monotonic() + self._plan.parameters.abort_timeout_s
+            while not self._record.phase.over and time.monotonic() < deadline:
+                self._monitor.spin(_SPIN_S)
+        except Exception as error:
+            self._record.warnings.append(f"the planner could not be told to abort: {error}")
+
+    def _wait(self, done: Callable[[], bool], timeout_s: float, complaint: Callable[[], str]) -> None:
+        deadline = time.monotonic() + timeout_s
+        while not done():
+            if time.monotonic() > deadline:
+                raise MissionFaultError(complaint())
+            self._step()
+
+    def _step(self) -> None:
+        self._monitor.spin(_SPIN_S)
+        self._interrupts.check()
+        for death in self._supervisor.deaths():
+            self._on_death(death)
+        self._display.flight(self._record)
+
+    def _on_death(self, death: Exit) -> None:
+        if self._record.phase.over and death.code == 0:
+            return  # it has done its part
+        self._display.note(death.report())
+        mu = mu_of(death.node.name)
+        if death.node.essential or not self._started:
+            raise MissionFaultError(_why(death))
+        self._record.lost_controllers.add(mu)
+        self._record.warnings.append(
+            f"{death.node.name} died ({death.how}); the mission went on, its thrust held for a moment and then zero"
+        )
+
+    def _measure_memory(self) -> None:
+        self._record.memory_mb = max(self._record.memory_mb or 0.0, self._supervisor.memory_mb())
+
+    def _fault(self, reason: str) -> None:
+        self._record.faults.append(reason)
+
+
+def _why(death: Exit) -> str:
+    last = f": {death.tail[-1].strip()}" if death.tail else ""
+    return f"{death.node.name} died ({death.how}){last}"
+
+
+def _mu_list(mus) -> str:
+    return ", ".join(f"MU {mu}" for mu in mus)

@@ -1,0 +1,127 @@
+"""Which node publishes and subscribes what: the graph that has to be complete before a mission starts."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+
+from tethernet_control.ros import topics
+
+from .nodes import ASSESSOR, PLANNER, RECORDER, SIM, controller
+
+
+@dataclass(frozen=True)
+class Endpoint:
+    """One end of a topic."""
+
+    topic: str
+    node: str
+    publishes: bool
+
+    def __str__(self) -> str:
+        return f"{self.node} does not {'publish' if self.publishes else 'subscribe to'} {self.topic}"
+
+
+def expected(mu_count: int, external: Iterable[int], simulated: bool) -> list[Endpoint]:
+    """The endpoints that a mission needs.
+
+    Args:
+        mu_count: 4 or 8.
+        external: MUs whose odometry somebody else publishes.
+        simulated: whether the simulator runs.
+    """
+    external = set(external)
+    mus = range(1, mu_count + 1)
+    publishers = {
+        topics.MISSION_STATE: [PLANNER],
+        topics.PLANNER_HEARTBEAT: [PLANNER],
+        topics.CAPTURE_ASSESSMENT: [ASSESSOR],
+    }
+    subscribers: dict[str, list[str]] = {
+        topics.MISSION_STATE: [ASSESSOR, *(controller(mu) for mu in mus)],
+    }
+    for mu in mus:
+        publishers[topics.mu_thrust(mu)] = [controller(mu)]
+        publishers[topics.mu_status(mu)] = [controller(mu)]
+        subscribers[topics.mu_odometry(mu)] = [controller(mu)]
+        subscribers[topics.mu_status(mu)] = [PLANNER]
+    if simulated:
+        for topic in (
+            topics.CLOCK,
+            topics.DEBRIS_ODOMETRY,
+            topics.CHASER_ODOMETRY,
+            topics.NET_STATE,
+            topics.TF,
+            topics.SIM_STATUS,
+        ):
+            publishers[topic] = [SIM]
+        for mu in set(mus) - external:
+            publishers[topics.mu_odometry(mu)] = [SIM]
+        for mu in mus:
+            subscribers[topics.mu_thrust(mu)] = [SIM]
+        for mu in external:
+            subscribers[topics.mu_odometry(mu)].append(SIM)
+        subscribers[topics.MISSION_STATE].append(SIM)
+        subscribers[topics.PLANNER_HEARTBEAT] = [SIM]
+        subscribers[topics.DEBRIS_ODOMETRY] = [PLANNER, ASSESSOR]
+        subscribers[topics.NET_STATE] = [PLANNER, ASSESSOR]
+    for topic in publishers:
+        subscribers.setdefault(topic, []).append(RECORDER)
+    for mu in external:
+        subscribers[topics.mu_odometry(mu)].append(RECORDER)
+    result = [Endpoint(topic, node, True) for topic, nodes in publishers.items() for node in nodes]
+    return result + [Endpoint(topic, node, False) for topic, nodes in subscribers.items() for node in nodes]
+
+
+class GraphCheck:
+    """Compares what should be there with what is; asks only after what was not there the last time."""
+
+    def __init__(
+        self,
+        endpoints: Iterable[Endpoint],
+        publishers: Callable[[str], Iterable[str]],
+        subscribers: Callable[[str], Iterable[str]],
+    ):
+        """Args:
+        endpoints: from :func:`expected`.
+        publishers: gives the names of the nodes that publish a topic, one for each endpoint.
+        subscribers: the same for those that subscribe.
+        """
+        self._endpoints = tuple(endpoints)
+        self.missing = list(self._endpoints)
+        self._single = {endpoint.topic for endpoint in self.missing if endpoint.publishes}
+        self._publishers = publishers
+        self._subscribers = subscribers
+
+    def update(self) -> bool:
+        """Look again; true when nothing is missing any more."""
+        if self.missing:
+            names = {}
+            for key in {(endpoint.topic, endpoint.publishes) for endpoint in self.missing}:
+                names[key] = set((self._publishers if key[1] else self._subscribers)(key[0]))
+            self.missing = [e for e in self.missing if e.node not in names[(e.topic, e.publishes)]]
+        return not self.missing
+
+    def strangers(self) -> dict[str, list[str]]:
+        """Topics with more publishers than the one they should have, and their names: another mission in the domain."""
+        found = {topic: sorted(self._publishers(topic)) for topic in self._single}
+        return {topic: names for topic, names in sorted(found.items()) if len(names) > 1}
+
+    def audiences(self) -> dict[str, dict[str, int]]:
+        """How many subscribers each node's publishers should have, by node and topic: at least."""
+        found: dict[str, dict[str, int]] = {}
+        for endpoint in self._endpoints:
+            if endpoint.publishes:
+                listeners = [e for e in self._endpoints if e.topic == endpoint.topic and not e.publishes]
+                found.setdefault(endpoint.node, {})[endpoint.topic] = len(listeners)
+        return found
+
+    def describe(self, limit: int = 6) -> str:
+        """What is missing, in words."""
+        silent: dict[str, int] = {}
+        for endpoint in self.missing:
+            silent[endpoint.node] = silent.get(endpoint.node, 0) + 1
+        lines = [str(endpoint) for endpoint in self.missing[:limit]]
+        if len(self.missing) > limit:
+            lines.append(f"... {len(self.missing)} in all, of {', '.join(sorted(silent))}")
+        return "; ".join(lines)

@@ -1,0 +1,166 @@
+"""The command's own node: sees the graph, tells the planner to start or to abort, listens to the mission."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping
+
+import rclpy
+from rclpy.client import Client
+from rclpy.node import Node
+from rclpy.signals import SignalHandlerOptions
+from rclpy.task import Future
+from std_srvs.srv import Trigger
+
+from tethernet_control.mission import Phase
+from tethernet_control.ros import qos, topics
+from tethernet_control.ros.connections import read_connections, service_name
+from tethernet_control.ros.executor import make_executor
+from tethernet_msgs.msg import CaptureAssessment, MissionState, MuStatus, SimStatus
+
+from .graph import Endpoint, GraphCheck
+from .nodes import MONITOR
+from .outcome import FlightRecord, nanoseconds
+
+
+class Monitor:
+    """The command's view of the mission. Nothing happens in the background: callbacks run inside :meth:`spin`."""
+
+    def __init__(self, record: FlightRecord):
+        """Join the graph.
+
+        Args:
+            record: gets what is heard.
+        """
+        # Signals stay with the command: they end the mission in order, not this node.
+        rclpy.init(args=["--ros-args", "--disable-external-lib-logs"], signal_handler_options=SignalHandlerOptions.NO)
+        self._record = record
+        self._node = Node(MONITOR, start_parameter_services=False)
+        self._executor = make_executor()
+        self._executor.add_node(self._node)
+        self._start = self._node.create_client(Trigger, topics.START)
+        self._abort = self._node.create_client(Trigger, topics.ABORT)
+        subscribe = self._node.create_subscription
+        subscribe(MissionState, topics.MISSION_STATE, self._on_state, qos.STATE)
+        subscribe(CaptureAssessment, topics.CAPTURE_ASSESSMENT, self._on_assessment, qos.STATE)
+        subscribe(SimStatus, topics.SIM_STATUS, self._on_sim, qos.STATE)
+        for mu in range(1, record.mu_count + 1):
+            subscribe(MuStatus, topics.mu_status(mu), self._on_status, qos.STATE)
+
+    def close(self) -> None:
+        """Leave the graph."""
+        self._node.destroy_node()
+        rclpy.try_shutdown()
+
+    def spin(self, timeout_s: float) -> None:
+        """Handle what comes in for so long."""
+        self._executor.spin_until_future_complete(Future(), timeout_sec=timeout_s)
+
+    def check_graph(self, endpoints: Iterable[Endpoint]) -> GraphCheck:
+        """A comparison of the graph with what it should be."""
+        return GraphCheck(
+            endpoints,
+            lambda topic: [info.node_name for info in self._node.get_publishers_info_by_topic(topic)],
+            lambda topic: [info.node_name for info in self._node.get_subscriptions_info_by_topic(topic)],
+        )
+
+    def publisher_count(self, topic: str) -> int:
+        """How many publish a topic."""
+        return self._node.count_publishers(topic)
+
+    def planner_ready(self) -> bool:
+        """Whether the planner's services can be called."""
+        return self._start.service_is_ready()
+
+    def start(self) -> Callable[[], tuple[bool, str] | None]:
+        """Tell the planner to start the mission.
+
+        Returns:
+            Asks for its answer: None until it has come, then whether it agreed, and its message.
+        """
+        return self._call(self._start)
+
+    def abort(self) -> Callable[[], tuple[bool, str] | None]:
+        """Tell the planner to abort; as :meth:`start`."""
+        if not self._abort.service_is_ready():
+            return lambda: (False, "the planner's abort service is gone")
+        return self._call(self._abort)
+
+    def check_connections(self, audiences: Mapping[str, Mapping[str, int]]) -> ConnectionCheck:
+        """A comparison of whom the nodes have found with whom they should have found."""
+        return ConnectionCheck(
+            audiences, {node: self._node.create_client(Trigger, service_name(node)) for node in audiences}
+        )
+
+    @staticmethod
+    def _call(client) -> Callable[[], tuple[bool, str] | None]:
+        future = client.call_async(Trigger.Request())
+
+        def answer() -> tuple[bool, str] | None:
+            if not future.done():
+                return None
+            response = future.result()
+            return (response.success, response.message)
+
+        return answer
+
+    def _on_state(self, message: MissionState) -> None:
+        if self._record.state is None or message.sequence >= self._record.state.sequence:
+            self._record.take_state(message)
+
+    def _on_assessment(self, message: CaptureAssessment) -> None:
+        self._record.progress = message
+        if message.stage == CaptureAssessment.TRIGGER:
+            self._record.trigger = message
+        elif message.stage == CaptureAssessment.FINAL:
+            self._record.final = message
+
+    def _on_status(self, message: MuStatus) -> None:
+        self._record.statuses[message.mu] = message
+
+    def _on_sim(self, message: SimStatus) -> None:
+        self._record.sim = message
+
+
+class ConnectionCheck:
+    """Asks every node whether its publishers have found their subscribers, until they have."""
+
+    def __init__(self, audiences: Mapping[str, Mapping[str, int]], clients: Mapping[str, Client]):
+        """Args:
+        audiences: least number of subscribers by node and topic.
+        clients: of the service of each node.
+        """
+        self._audiences = audiences
+        self._clients = clients
+        self._asked: dict[str, Future] = {}
+        self.missing = {node: dict(topics) for node, topics in audiences.items()}
+
+    def update(self) -> bool:
+        """Look at the answers, ask again where somebody is missing; true when nobody is."""
+        for node in list(self.missing):
+            asked = self._asked.get(node)
+            if asked is not None and asked.done():
+                counts = read_connections(asked.result())
+                wanted = self._audiences[node]
+                self.missing[node] = {topic: least for topic, least in wanted.items() if counts.get(topic, 0) < least}
+                if not self.missing[node]:
+                    del self.missing[node]
+                    continue
+                asked = None
+            if asked is None and self._clients[node].service_is_ready():
+                self._asked[node] = self._clients[node].call_async(Trigger.Request())
+        return not self.missing
+
+    def describe(self) -> str:
+        """Who lacks whom, in words."""
+        return "; ".join(f"{node} lacks subscribers of {', '.join(topics)}" for node, topics in self.missing.items())
+
+
+def settled(record: FlightRecord, simulated: bool) -> bool:
+    """Whether all is told: the verdict, the simulator's account, every living controller's account up to the end."""
+    if record.phase not in (Phase.COMPLETE, Phase.MISSED) or record.final is None:
+        return record.phase == Phase.ABORTED
+    if simulated and not (record.sim is not None and record.sim.finished):
+        return False
+    end_ns = nanoseconds(record.state.end_time)
+    living = [mu for mu in range(1, record.mu_count + 1) if mu not in record.lost_controllers]
+    return all(mu in record.statuses and nanoseconds(record.statuses[mu].header.stamp) >= end_ns for mu in living)

@@ -1,0 +1,281 @@
+"""What became of a mission: the numbers of ``outcome.json``, the exit status, the text a person reads.
+
+Without ROS: messages are only read here, by their fields' names.
+"""
+
+from __future__ import annotations
+
+import enum
+import json
+import math
+import os
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from tethernet_control.layout import design
+from tethernet_control.mission import Phase, seconds_between
+
+FILE_NAME = "outcome.json"
+
+
+class ExitStatus(enum.IntEnum):
+    """What ``run_mission.py`` ends with."""
+
+    CAPTURED = 0
+    FAULT = 1
+    USAGE = 2
+    NOT_CAPTURED = 3
+    INTERRUPTED = 130
+    TERMINATED = 143
+
+
+@dataclass
+class FlightRecord:
+    """What was seen of a flight; None or empty where nothing was seen."""
+
+    mu_count: int
+    seed: int
+    policy: str
+    commit: str = "unknown"
+    state: Any = None
+    """Newest tethernet_msgs/MissionState."""
+    launch_ns: int | None = None
+    """Launch time [ns], from the first state that has one."""
+    progress: Any = None
+    """Newest tethernet_msgs/CaptureAssessment of any stage."""
+    trigger: Any = None
+    """The assessment at the start of closing."""
+    final: Any = None
+    """The assessment with the verdict."""
+    statuses: dict[int, Any] = field(default_factory=dict)
+    """Newest tethernet_msgs/MuStatus by MU."""
+    sim: Any = None
+    """Newest tethernet_msgs/SimStatus."""
+    start_s: float | None = None
+    """From the command's start to launch [s]."""
+    wall_time_s: float | None = None
+    """From launch to the verdict, or to the end of it all [s], wall clock."""
+    memory_mb: float | None = None
+    """Largest sum over all processes, proportional set size [MB]."""
+    messages: dict[str, int] = field(default_factory=dict)
+    """Recorded messages by topic."""
+    lost_controllers: set[int] = field(default_factory=set)
+    """MUs whose controller died."""
+    warnings: list[str] = field(default_factory=list)
+    faults: list[str] = field(default_factory=list)
+    interrupted_by: str = ""
+    """Name of the signal that ended the mission early."""
+
+    @property
+    def phase(self) -> Phase:
+        """Where the mission stands."""
+        return Phase(self.state.phase) if self.state is not None else Phase.WAITING
+
+    @property
+    def launched(self) -> bool:
+        """True once a launch time is known."""
+        return self.launch_ns is not None
+
+    def take_state(self, state: Any) -> None:
+        """Take over a newer state of the mission."""
+        self.state = state
+        if self.launch_ns is None and Phase.DEPLOYING <= state.phase < Phase.ABORTED:
+            self.launch_ns = nanoseconds(state.launch_time)
+
+    @property
+    def newest_ns(self) -> int | None:
+        """Newest stamp that anybody has told [ns]."""
+        told = [message for message in (*self.statuses.values(), self.progress, self.sim) if message is not None]
+        return max((nanoseconds(message.header.stamp) for message in told), default=None)
+
+    @property
+    def time_s(self) -> float | None:
+        """Mission time: since launch [s]."""
+        if not self.launched or self.newest_ns is None:
+            return None
+        return max(0.0, seconds_between(self.launch_ns, self.newest_ns))
+
+
+def nanoseconds(stamp) -> int:
+    """A builtin_interfaces/Time as one number [ns]."""
+    return stamp.sec * 1_000_000_000 + stamp.nanosec
+
+
+def build(record: FlightRecord) -> dict[str, Any]:
+    """The content of ``outcome.json``; null stands for what is not known or was not measured."""
+    final, trigger = record.final, record.trigger
+    closing = record.state is not None and nanoseconds(record.state.closing_time) > 0
+    late = sum(record.sim.late_commands) if record.sim is not None else 0
+    gaps = sum(status.deadline_misses for status in record.statuses.values())
+    ended = record.phase in (Phase.COMPLETE, Phase.MISSED)
+    trigger_time = _time(record, "closing_time") if closing and record.launched else None
+    end_time = _time(record, "end_time") if ended and record.launched else None
+    return {
+        "captured": bool(final.captured) if final is not None else False,
+        "verdict": verdict(record),
+        "cqi": _number(final, "cqi"),
+        "locked_pairs": int(final.locked_pairs) if final is not None else None,
+        "trigger_time_s": trigger_time,
+        "end_time_s": end_time,
+        "fuel_kg": _per_mu(record, "fuel"),
+        "fuel_at_trigger_kg": _per_mu(record, "fuel_at_trigger"),
+        "mouth_area_m2": _number(trigger, "mouth_area"),
+        "net_debris_distance_m": _number(final, "net_debris_distance"),
+        "max_tracking_error_m": max((s.max_tracking_error for s in record.statuses.values()), default=None),
+        "wall_time_s": _rounded(record.wall_time_s),
+        "real_time_factor": _real_time_factor(record),
+        "messages": dict(sorted(record.messages.items())),
+        "deadline_misses": late + gaps,
+        "seed": record.seed,
+        "mus": record.mu_count,
+        "policy": record.policy,
+        "commit": record.commit,
+        "phase": record.phase.name,
+        "flown_s": record.time_s,
+        "assessed_from": final.source if final is not None else None,
+        "aiming_sources": [record.statuses[mu].aiming_source if mu in record.statuses else None for mu in _mus(record)],
+        "late_commands": late,
+        "odometry_gaps": gaps,
+        "rejected_odometry": sum(status.rejected_odometry for status in record.statuses.values()),
+        "rejected_commands": sum(record.sim.rejected_commands) if record.sim is not None else 0,
+        "clipped_commands": sum(record.sim.clipped_commands) if record.sim is not None else 0,
+        "latency_p50_ms": _milliseconds(record.sim, "latency_p50"),
+        "latency_p99_ms": _milliseconds(record.sim, "latency_p99"),
+        "latency_max_ms": _milliseconds(record.sim, "latency_max"),
+        "start_s": _rounded(record.start_s),
+        "memory_mb": _rounded(record.memory_mb),
+        "lost_controllers": sorted(record.lost_controllers),
+        "warnings": list(record.warnings),
+        "faults": list(record.faults),
+    }
+
+
+def verdict(record: FlightRecord) -> str:
+    """One sentence: what became of the mission."""
+    if record.faults:
+        return record.faults[0]
+    if record.final is not None:
+        return record.final.verdict
+    if record.interrupted_by:
+        when = f"{record.time_s:.1f} s after launch" if record.time_s is not None else "before launch"
+        return f"ended by {record.interrupted_by} {when}: no verdict"
+    if record.phase == Phase.ABORTED:
+        return f"aborted: {record.state.reason}"
+    return "no verdict"
+
+
+def exit_status(record: FlightRecord) -> ExitStatus:
+    """What the command's exit status says of this flight."""
+    if record.faults:
+        return ExitStatus.FAULT
+    if record.final is not None:
+        return ExitStatus.CAPTURED if record.final.captured else ExitStatus.NOT_CAPTURED
+    if record.interrupted_by:
+        return ExitStatus.TERMINATED if record.interrupted_by == "SIGTERM" else ExitStatus.INTERRUPTED
+    return ExitStatus.FAULT
+
+
+def write(folder: Path, content: dict[str, Any]) -> Path:
+    """Write ``outcome.json`` whole or not at all.
+
+    Args:
+        folder: the run's folder.
+        content: from :func:`build`.
+
+    Raises:
+        OSError: when the folder cannot be written to.
+    """
+    path = folder / FILE_NAME
+    partial = folder / (FILE_NAME + ".part")
+    try:
+        with partial.open("w", encoding="utf-8") as file:
+            json.dump(content, file, indent=2, allow_nan=False)
+            file.write("\n")
+            file.flush()
+            os.fsync(file.fileno())
+        partial.replace(path)
+    except OSError:
+        partial.unlink(missing_ok=True)
+        raise
+    return path
+
+
+def describe(record: FlightRecord, content: dict[str, Any], folder: Path, analyse_command: str) -> list[str]:
+    """The block of lines that ends the mission on the terminal."""
+    word = {
+        ExitStatus.CAPTURED: "CAPTURED",
+        ExitStatus.NOT_CAPTURED: "NOT CAPTURED",
+        ExitStatus.FAULT: "FAULT",
+    }.get(exit_status(record), "ENDED EARLY")
+    lines = ["", f"  {word}   {content['verdict']}", ""]
+    lines += [f"    {name:<18} {text}" for name, text in _rows(record, content)]
+    for title, entries in (("faults", record.faults[1:]), ("warnings", record.warnings)):
+        if entries:
+            lines.append(f"    {title}")
+            lines += [f"      {entry}" for entry in entries]
+    lines += ["", f"    {'recording':<18} {folder / 'bag'}", f"    {'outcome':<18} {folder / FILE_NAME}"]
+    lines += [f"    {'logs':<18} {folder / 'logs'}", f"    {'look at it with':<18} {analyse_command}", ""]
+    return lines
+
+
+def _rows(record: FlightRecord, content: dict[str, Any]) -> Iterable[tuple[str, str]]:
+    final = record.final
+    if final is not None:
+        need = f"{final.locked_pairs} of {final.max_locked_pairs} ({final.required_locked_pairs} needed)"
+        yield "locked pairs", need
+        yield "CQI", f"{content['cqi']:.3f}" if content["cqi"] is not None else "could not be measured"
+    yield "trigger", _seconds(content["trigger_time_s"], "after launch")
+    yield "end", _seconds(content["end_time_s"] or content["flown_s"], "after launch")
+    fuel = [value for value in content["fuel_kg"] if value is not None]
+    if fuel:
+        worst = max(range(len(content["fuel_kg"])), key=lambda i: content["fuel_kg"][i] or 0.0)
+        yield "fuel", f"{sum(fuel):.3f} kg in all, most by MU {worst + 1}: {content['fuel_kg'][worst]:.3f} kg"
+    if content["max_tracking_error_m"] is not None:
+        yield "tracking error", f"{content['max_tracking_error_m']:.2f} m at most"
+    if content["mouth_area_m2"] is not None:
+        yield "mouth at trigger", f"{content['mouth_area_m2']:.0f} m^2"
+    if content["wall_time_s"] is not None and content["real_time_factor"] is not None:
+        yield "wall time", f"{content['wall_time_s']:.1f} s ({content['real_time_factor']:.2f} x real time)"
+    yield "deadlines missed", str(content["deadline_misses"])
+    if content["messages"]:
+        yield "recorded", f"{sum(content['messages'].values())} messages on {len(content['messages'])} topics"
+    if record.lost_controllers:
+        yield "lost controllers", ", ".join(f"MU {mu}" for mu in sorted(record.lost_controllers))
+
+
+def _mus(record: FlightRecord) -> range:
+    return range(1, design(record.mu_count).mu_count + 1)
+
+
+def _per_mu(record: FlightRecord, name: str) -> list[float | None]:
+    return [_number(record.statuses.get(mu), name) for mu in _mus(record)]
+
+
+def _number(message, name: str) -> float | None:
+    value = getattr(message, name) if message is not None else math.nan
+    return float(value) if math.isfinite(value) else None
+
+
+def _milliseconds(message, name: str) -> float | None:
+    value = _number(message, name)
+    return None if value is None else round(value * 1e3, 3)
+
+
+def _time(record: FlightRecord, name: str) -> float:
+    return seconds_between(record.launch_ns, nanoseconds(getattr(record.state, name)))
+
+
+def _real_time_factor(record: FlightRecord) -> float | None:
+    if not record.wall_time_s or record.time_s is None:
+        return None
+    return _rounded(record.time_s / record.wall_time_s)
+
+
+def _rounded(value: float | None) -> float | None:
+    return None if value is None or not math.isfinite(value) else round(value, 3)
+
+
+def _seconds(value: float | None, what: str) -> str:
+    return "did not come" if value is None else f"{value:.2f} s {what}"

@@ -1,0 +1,64 @@
+"""Fast DDS keeps its shared-memory segments in /dev/shm and leaves them there when a process is killed.
+
+Only segments that our own processes held are removed, and only once no living process holds them.
+"""
+
+from __future__ import annotations
+
+import fcntl
+from collections.abc import Iterable
+from pathlib import Path
+
+FOLDER = Path("/dev/shm")
+_PREFIX = "fastrtps_"
+
+
+def held_by(pids: Iterable[int]) -> set[str]:
+    """Names of the segments that these processes map."""
+    names = set()
+    for pid in pids:
+        try:
+            with Path(f"/proc/{pid}/maps").open(encoding="utf-8", errors="replace") as file:
+                paths = {line.split(None, 5)[-1].rstrip("\n") for line in file if _PREFIX in line}
+        except OSError:  # gone meanwhile
+            continue
+        names |= {
+            path.rsplit("/", 1)[1] for path in paths if path.startswith(f"{FOLDER}/{_PREFIX}") and " " not in path
+        }
+    return names
+
+
+def clean(names: Iterable[str]) -> list[str]:
+    """Remove those segments that nobody holds any more, with their lock and semaphore files.
+
+    Args:
+        names: from :func:`held_by`, when the processes were alive.
+
+    Returns:
+        The names of the segments removed.
+    """
+    left = {name for name in names if (FOLDER / name).exists()}
+    if not left:
+        return []
+    left -= held_by(int(entry.name) for entry in Path("/proc").iterdir() if entry.name.isdigit())
+    removed = sorted(name for name in left if not _locked(name))
+    for name in removed:
+        for file in (name, f"{name}_el", f"{name}_sl", f"sem.{name}_mutex"):
+            try:
+                (FOLDER / file).unlink(missing_ok=True)
+            except OSError:  # another user's
+                continue
+    return removed
+
+
+def _locked(name: str) -> bool:
+    """Whether a living process, perhaps one that this user or container does not see, owns the segment."""
+    for suffix in ("_el", "_sl"):
+        try:
+            with (FOLDER / (name + suffix)).open("rb") as file:
+                fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except FileNotFoundError:
+            continue
+        except OSError:
+            return True
+    return False

@@ -1,0 +1,114 @@
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from tethernet_bringup import arguments
+from tethernet_bringup.arguments import parse
+
+
+def test_nothing_given_leaves_the_decisions_to_the_parameter_files():
+    options = parse([])
+    assert options.mus is None
+    assert options.debris is None
+    assert options.seed is None
+    assert options.pace is None
+    assert options.output == "runs"
+    assert options.discovery == "localhost"
+    assert options.external_mu == []
+    assert not options.no_sim
+    assert options.notices == []
+
+
+def test_every_flag_is_read():
+    words = (
+        "--mus 4 --debris 8.9 6.2 -44.0 --attitude 0 0 0 1 --tumble 0.1 -2e-2 0 --seed 7 --policy nominal "
+        "--pace lockstep --output out --external-mu 3 1 3 --params p.yaml --domain-id 42 --discovery subnet "
+        "--external-timeout 5"
+    )
+    options = parse(words.split())
+    assert options.mus == 4
+    assert options.debris == (8.9, 6.2, -44.0)
+    assert options.attitude == (0.0, 0.0, 0.0, 1.0)
+    assert options.tumble == (0.1, -0.02, 0.0)
+    assert (options.seed, options.policy, options.pace, options.output) == (7, "nominal", "lockstep", "out")
+    assert options.external_mu == [1, 3]
+    assert (options.params, options.domain_id, options.discovery, options.external_timeout) == (
+        "p.yaml", 42, "subnet", 5.0,
+    )  # fmt: skip
+
+
+def test_attitude_is_normalised_and_said_so():
+    options = parse(["--attitude", "0", "0", "2", "0"])
+    assert options.attitude == (0.0, 0.0, 1.0, 0.0)
+    assert "norm 2" in options.notices[0]
+
+
+def test_domain_comes_from_the_environment(monkeypatch):
+    monkeypatch.setenv("ROS_DOMAIN_ID", "17")
+    assert parse([]).domain_id == 17
+    assert parse(["--domain-id", "3"]).domain_id == 3
+    monkeypatch.delenv("ROS_DOMAIN_ID")
+    assert parse([]).domain_id == 0
+
+
+@pytest.mark.parametrize(
+    ("words", "given", "allowed"),
+    [
+        ("--mus 5", "--mus 5", "4 (winches close the net) or 8"),
+        ("--mus eight", "--mus eight", "not a whole number"),
+        ("--debris 0 nan -50", "nan", "finite"),
+        ("--debris 0 0 -inf", "-inf", "finite"),
+        ("--debris 0 0", "--debris", "expected 3 arguments"),
+        ("--debris a b c", "'a'", "not a number"),
+        ("--attitude 0 0 0 0", "--attitude 0 0 0 0", "norm 1"),
+        ("--attitude 0 0 1e-9 0", "--attitude", "norm 1"),
+        ("--tumble nan 0 0", "--tumble", "finite"),
+        ("--seed -1", "--seed -1", "0 to"),
+        ("--seed 1.5", "--seed 1.5", "whole number"),
+        ("--pace fast", "--pace fast", "realtime or lockstep"),
+        ("--discovery world", "--discovery world", "localhost or subnet"),
+        ("--domain-id 500", "--domain-id 500", "0 to 232"),
+        ("--external-mu 9", "--external-mu 9", "1 to 8"),
+        ("--mus 4 --external-mu 5", "--external-mu 5", "1 to 4"),
+        ("--external-mu", "--external-mu", "expected at least one argument"),
+        ("--external-timeout -3", "--external-timeout -3", "0 s or more"),
+        ("--no-sim --pace lockstep", "--pace lockstep", "--pace realtime"),
+        ("--params=", "--params", "nothing given"),
+        ("--foo", "--foo", "unrecognized"),
+    ],
+)
+def test_bad_usage_names_what_was_given_and_what_is_allowed(capsys, words, given, allowed):
+    with pytest.raises(SystemExit) as ended:
+        parse(words.split())
+    assert ended.value.code == 2
+    message = capsys.readouterr().err
+    assert given in message
+    assert allowed in message
+
+
+def test_a_bad_domain_in_the_environment_is_bad_usage(monkeypatch, capsys):
+    monkeypatch.setenv("ROS_DOMAIN_ID", "many")
+    with pytest.raises(SystemExit) as ended:
+        parse([])
+    assert ended.value.code == 2
+    assert "ROS_DOMAIN_ID many" in capsys.readouterr().err
+
+
+def test_help_tells_the_exit_statuses(capsys):
+    with pytest.raises(SystemExit) as ended:
+        parse(["--help"])
+    assert ended.value.code == 0
+    assert "3 flown but not captured" in capsys.readouterr().out
+
+
+def test_bad_usage_is_refused_before_anything_is_installed():
+    """The file runs with nothing but the standard library: no site-packages at all."""
+    source = Path(arguments.__file__)
+    code = f"import runpy; runpy.run_path({str(source)!r})['parse'](['--mus', '5'])"
+    done = subprocess.run(
+        [sys.executable, "-I", "-S", "-c", code], capture_output=True, text=True, check=False, timeout=30
+    )
+    assert done.returncode == 2
+    assert "allowed: 4" in done.stderr

@@ -1,0 +1,154 @@
+import json
+import math
+from types import SimpleNamespace
+
+import pytest
+
+from tethernet_bringup import outcome
+from tethernet_bringup.outcome import ExitStatus, FlightRecord
+from tethernet_control.mission import Phase
+
+ISSUE_KEYS = {
+    "captured", "verdict", "cqi", "locked_pairs", "trigger_time_s", "end_time_s", "fuel_kg", "fuel_at_trigger_kg",
+    "mouth_area_m2", "net_debris_distance_m", "max_tracking_error_m", "wall_time_s", "real_time_factor", "messages",
+    "deadline_misses", "seed", "mus", "policy", "commit",
+}  # fmt: skip
+
+
+def stamp(seconds):
+    return SimpleNamespace(sec=math.floor(seconds), nanosec=round((seconds % 1.0) * 1e9))
+
+
+def header(seconds):
+    return SimpleNamespace(stamp=stamp(seconds), frame_id="launch")
+
+
+def state(phase, launch=0.0, closing=0.0, end=0.0, reason=""):
+    return SimpleNamespace(
+        phase=int(phase), launch_time=stamp(launch), closing_time=stamp(closing), end_time=stamp(end), reason=reason
+    )
+
+
+def status(seconds, fuel=0.1, error=0.2, misses=0):
+    return SimpleNamespace(
+        header=header(seconds), fuel=fuel, fuel_at_trigger=fuel / 2, max_tracking_error=error, tracking_error=error,
+        deadline_misses=misses, rejected_odometry=0, aiming_source="nominal",
+    )  # fmt: skip
+
+
+def assessment(seconds, captured=True, cqi=1.5, mouth=420.0):
+    return SimpleNamespace(
+        header=header(seconds), captured=captured, cqi=cqi, locked_pairs=7, max_locked_pairs=8, required_locked_pairs=6,
+        mouth_area=mouth, net_debris_distance=0.8, source="net_state", verdict="the debris is held",
+    )  # fmt: skip
+
+
+def sim(seconds, late=(0,) * 4):
+    return SimpleNamespace(
+        header=header(seconds), finished=True,
+        late_commands=list(late), rejected_commands=[0] * 4, clipped_commands=[0] * 4,
+        latency_p50=0.002, latency_p99=0.004, latency_max=0.006,
+    )  # fmt: skip
+
+
+def flown(captured=True, offset=0.0):
+    record = FlightRecord(
+        mu_count=4, seed=1, policy="nominal", commit="abc", start_s=4.0, wall_time_s=20.0, memory_mb=900.0
+    )
+    record.take_state(state(Phase.DEPLOYING, offset))
+    record.take_state(state(Phase.COMPLETE, offset, offset + 25.0, offset + 40.0))
+    record.statuses = {mu: status(offset + 40.0, fuel=mu / 10, misses=mu == 2) for mu in range(1, 5)}
+    record.trigger = assessment(offset + 25.0)
+    record.final = record.progress = assessment(offset + 40.0, captured)
+    record.sim = sim(offset + 40.0, (0, 0, 3, 0))
+    record.messages = {"/mu1/odom": 800, "/clock": 801}
+    return record
+
+
+def test_the_keys_that_users_rely_on_are_there_even_when_nothing_happened():
+    content = outcome.build(FlightRecord(mu_count=8, seed=1, policy="nominal"))
+    assert set(content) >= ISSUE_KEYS
+    assert content["captured"] is False
+    assert content["fuel_kg"] == [None] * 8
+    assert content["trigger_time_s"] is None
+    assert content["end_time_s"] is None
+    json.dumps(content, allow_nan=False)
+
+
+@pytest.mark.parametrize("launch", [0.0, 1000.5])
+def test_times_count_from_launch(launch):
+    content = outcome.build(flown(offset=launch))
+    assert content["trigger_time_s"] == pytest.approx(25.0)
+    assert content["end_time_s"] == pytest.approx(40.0)
+    assert content["real_time_factor"] == pytest.approx(2.0)
+
+
+def test_a_flown_mission_is_told_in_full():
+    content = outcome.build(flown())
+    assert content["captured"] is True
+    assert content["verdict"] == "the debris is held"
+    assert content["fuel_kg"] == pytest.approx([0.1, 0.2, 0.3, 0.4])
+    assert content["fuel_at_trigger_kg"] == pytest.approx([0.05, 0.1, 0.15, 0.2])
+    assert content["mouth_area_m2"] == 420.0
+    assert content["deadline_misses"] == 4
+    assert (content["late_commands"], content["odometry_gaps"]) == (3, 1)
+    assert content["latency_p99_ms"] == 4.0
+    assert list(content["messages"]) == ["/clock", "/mu1/odom"]
+    assert (content["seed"], content["mus"], content["policy"], content["commit"]) == (1, 4, "nominal", "abc")
+
+
+def test_what_could_not_be_measured_is_null_and_not_nan(tmp_path):
+    record = flown()
+    record.final.cqi = record.progress.cqi = math.nan
+    record.trigger.mouth_area = math.nan
+    path = outcome.write(tmp_path, outcome.build(record))
+    text = path.read_text()
+    assert "NaN" not in text
+    assert json.loads(text)["cqi"] is None
+    assert json.loads(text)["mouth_area_m2"] is None
+
+
+def test_a_missed_mission_has_an_end_and_no_trigger():
+    record = flown(captured=False)
+    record.state = state(Phase.MISSED, end=40.0, reason="the net did not come near")
+    content = outcome.build(record)
+    assert content["trigger_time_s"] is None
+    assert content["end_time_s"] == 40.0
+
+
+def test_exit_statuses():
+    assert outcome.exit_status(flown()) == ExitStatus.CAPTURED == 0
+    assert outcome.exit_status(flown(captured=False)) == ExitStatus.NOT_CAPTURED == 3
+    broken = flown()
+    broken.faults.append("recorder died")
+    assert outcome.exit_status(broken) == ExitStatus.FAULT == 1
+    assert outcome.verdict(broken) == "recorder died"
+    for signal, expected in (("SIGINT", 130), ("SIGTERM", 143), ("SIGHUP", 130)):
+        stopped = FlightRecord(mu_count=4, seed=1, policy="nominal", interrupted_by=signal)
+        assert outcome.exit_status(stopped) == expected
+        assert signal in outcome.verdict(stopped)
+    assert outcome.exit_status(FlightRecord(mu_count=4, seed=1, policy="nominal")) == ExitStatus.FAULT
+
+
+def test_the_file_is_written_whole_or_not_at_all(tmp_path, monkeypatch):
+    outcome.write(tmp_path, {"captured": True})
+    with pytest.raises(ValueError, match="JSON"):
+        outcome.write(tmp_path, {"captured": math.nan})
+    assert json.loads((tmp_path / "outcome.json").read_text()) == {"captured": True}
+    monkeypatch.setattr(outcome.os, "fsync", lambda _: (_ for _ in ()).throw(OSError(28, "No space left on device")))
+    with pytest.raises(OSError, match="No space"):
+        outcome.write(tmp_path, {"captured": False})
+    assert [path.name for path in tmp_path.iterdir()] == ["outcome.json"]
+    assert json.loads((tmp_path / "outcome.json").read_text()) == {"captured": True}
+
+
+def test_the_last_lines_name_the_verdict_the_files_and_what_to_do_next(tmp_path):
+    record = flown()
+    record.lost_controllers.add(3)
+    record.warnings.append("mu3_controller died")
+    text = "\n".join(outcome.describe(record, outcome.build(record), tmp_path, "python analyse_mission.py RUN"))
+    told = ("CAPTURED", "7 of 8 (6 needed)", "25.00 s", "MU 4: 0.400 kg", "MU 3", "mu3_controller died")
+    for part in (*told, str(tmp_path / "bag"), str(tmp_path / "outcome.json"), "python analyse_mission.py RUN"):
+        assert part in text
+    record.final.cqi = math.nan
+    assert "could not be measured" in "\n".join(outcome.describe(record, outcome.build(record), tmp_path, ""))

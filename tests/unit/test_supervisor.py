@@ -1,0 +1,217 @@
+import os
+import signal
+import subprocess
+import sys
+import textwrap
+import time
+from pathlib import Path
+
+import pytest
+
+from tethernet_bringup import shared_memory, supervisor
+from tethernet_bringup.supervisor import NodeProcess, Supervisor, mission_environment
+from tethernet_bringup.supervisor_settings import SupervisorParameters
+from tethernet_control.parameters import load
+
+DEADLINE_S = 20.0
+
+POLITE = """
+    import signal, sys
+    from pathlib import Path
+    def end(number, frame):
+        Path(sys.argv[1]).write_text(signal.Signals(number).name)
+        print("closing", flush=True)
+        sys.exit(0)
+    signal.signal(signal.SIGINT, end)
+    print("ready", flush=True)
+    signal.pause()
+"""
+STUBBORN = """
+    import signal, time
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    signal.signal(signal.SIGTERM, signal.SIG_IGN)
+    print("ready", flush=True)
+    while True:
+        time.sleep(0.1)
+"""
+DYING = """
+    import sys
+    print("ready", flush=True)
+    print("the disk is full", file=sys.stderr)
+    sys.exit(5)
+"""
+
+
+def until(condition, what):
+    deadline = time.monotonic() + DEADLINE_S
+    while not condition():
+        assert time.monotonic() < deadline, what
+        time.sleep(0.01)
+
+
+def gone(pid):
+    """True when there is no such process, or only its remains."""
+    try:
+        return Path(f"/proc/{pid}/stat").read_text().rsplit(")", 1)[1].split()[0] == "Z"
+    except OSError:
+        return True
+
+
+@pytest.fixture
+def modules(tmp_path, monkeypatch):
+    folder = tmp_path / "modules"
+    folder.mkdir()
+    for name, source in (("polite", POLITE), ("stubborn", STUBBORN), ("dying", DYING)):
+        (folder / f"{name}.py").write_text(textwrap.dedent(source))
+    monkeypatch.setenv("PYTHONPATH", os.pathsep.join([str(folder), os.environ.get("PYTHONPATH", "")]))
+    return folder
+
+
+@pytest.fixture
+def logs(tmp_path):
+    folder = tmp_path / "logs"
+    folder.mkdir()
+    return folder
+
+
+@pytest.fixture
+def crew(modules, logs):
+    parameters = load(SupervisorParameters, {"interrupt_patience_s": 1.0, "recorder_patience_s": 1.0})
+    with Supervisor(logs, mission_environment(1, "localhost", logs), parameters) as crew:
+        yield crew
+
+
+def ready(crew, *names):
+    until(lambda: all("ready" in crew.tail(name) for name in names), f"not ready: {names}")
+
+
+def test_all_end_on_request_with_those_marked_last_after_the_others(crew, tmp_path):
+    crew.start(NodeProcess("recorder", "polite", last=True, arguments=(str(tmp_path / "recorder"),)))
+    crew.start(NodeProcess("sim", "polite", arguments=(str(tmp_path / "sim"),)))
+    crew.start(NodeProcess("planner", "polite", arguments=(str(tmp_path / "planner"),)))
+    pids = crew.pids
+    ready(crew, "recorder", "sim", "planner")
+    exits = crew.stop()
+    assert {e.node.name: e.code for e in exits} == {"recorder": 0, "sim": 0, "planner": 0}
+    assert not any(e.forced for e in exits)
+    assert all(gone(pid) for pid in pids.values())
+    times = {name: (tmp_path / name).stat().st_mtime_ns for name in ("recorder", "sim", "planner")}
+    assert times["recorder"] > max(times["sim"], times["planner"])
+    assert (tmp_path / "sim").read_text() == "SIGINT"
+
+
+def test_who_does_not_end_is_killed_in_time(crew, tmp_path):
+    crew.start(NodeProcess("sim", "stubborn"))
+    crew.start(NodeProcess("recorder", "polite", last=True, arguments=(str(tmp_path / "recorder"),)))
+    ready(crew, "sim", "recorder")
+    began = time.monotonic()
+    exits = {e.node.name: e for e in crew.stop()}
+    assert time.monotonic() - began < 5.0
+    assert exits["sim"].forced
+    assert exits["sim"].how == "killed by SIGKILL"
+    assert not exits["recorder"].forced
+    assert crew.stop() == []
+
+
+def test_the_shipped_patience_ends_everything_within_six_seconds():
+    p = load(SupervisorParameters)
+    worst = p.abort_timeout_s + p.interrupt_patience_s + p.recorder_patience_s
+    worst += 2.0 * (p.terminate_patience_s + supervisor._KILL_PATIENCE_S)
+    assert worst <= 6.0
+
+
+def test_a_death_is_reported_once_with_exit_status_and_last_lines(crew):
+    crew.start(NodeProcess("assessor", "dying"))
+    deaths = []
+    until(lambda: deaths.extend(crew.deaths()) or deaths, "no death seen")
+    assert deaths[0].code == 5
+    assert deaths[0].tail[-1] == "the disk is full"
+    assert "assessor died (exit status 5)" in deaths[0].report()
+    assert "| the disk is full" in deaths[0].report()
+    assert crew.deaths() == []
+    assert crew.stop() == []
+
+
+def test_a_killed_node_is_named_by_its_signal(crew, tmp_path):
+    crew.start(NodeProcess("mu3_controller", "polite", essential=False, arguments=(str(tmp_path / "x"),)))
+    os.kill(crew.pids["mu3_controller"], signal.SIGKILL)
+    deaths = []
+    until(lambda: deaths.extend(crew.deaths()) or deaths, "no death seen")
+    assert deaths[0].how == "killed by SIGKILL"
+
+
+def test_nodes_do_not_get_the_terminals_interrupt(crew, tmp_path):
+    crew.start(NodeProcess("sim", "polite", arguments=(str(tmp_path / "sim"),)))
+    assert os.getsid(crew.pids["sim"]) != os.getsid(0)
+
+
+def test_nodes_end_when_the_supervisor_is_killed(modules, logs, tmp_path):
+    code = f"""
+        from pathlib import Path
+        from tethernet_bringup.supervisor import *
+        from tethernet_control.parameters import load
+        logs = Path({str(logs)!r})
+        crew = Supervisor(logs, mission_environment(1, "localhost", logs), load(SupervisorParameters))
+        crew.start(NodeProcess("sim", "polite", arguments=({str(tmp_path / "sim")!r},)))
+        crew.start(NodeProcess("recorder", "polite", arguments=({str(tmp_path / "recorder")!r},)))
+        print(*crew.pids.values(), flush=True)
+        input()
+    """
+    process = subprocess.Popen(
+        [sys.executable, "-c", textwrap.dedent(code)], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
+    )
+    pids = [int(word) for word in process.stdout.readline().split()]
+    until(lambda: all("ready" in (logs / f"{name}.log").read_text() for name in ("sim", "recorder")), "not ready")
+    process.kill()
+    assert process.wait(timeout=DEADLINE_S) == -signal.SIGKILL
+    until(lambda: all(gone(pid) for pid in pids), "nodes outlived their supervisor")
+    assert (tmp_path / "sim").read_text() == "SIGINT"
+    process.stdin.close()
+    process.stdout.close()
+
+
+def test_the_environment_is_built_and_not_inherited(tmp_path):
+    base = {
+        "PATH": "/bin",
+        "HOME": "/home/u",
+        "SECRET": "x",
+        "ROS_DOMAIN_ID": "9",
+        "ROS_LOCALHOST_ONLY": "1",
+        "RMW_IMPLEMENTATION": "r",
+    }
+    made = mission_environment(42, "subnet", tmp_path, base)
+    assert made["ROS_DOMAIN_ID"] == "42"
+    assert made["ROS_AUTOMATIC_DISCOVERY_RANGE"] == "SUBNET"
+    assert made["ROS_LOG_DIR"] == str(tmp_path)
+    assert made["OMP_NUM_THREADS"] == made["NUMBA_NUM_THREADS"] == "1"
+    assert (made["PATH"], made["HOME"], made["RMW_IMPLEMENTATION"]) == ("/bin", "/home/u", "r")
+    assert not {"SECRET", "ROS_LOCALHOST_ONLY"} & set(made)
+    assert mission_environment(0, "localhost", tmp_path, {})["HOME"]
+
+
+def test_memory_counts_all_processes(crew, tmp_path):
+    alone = crew.memory_mb()
+    assert alone > 1.0
+    crew.start(NodeProcess("sim", "polite", arguments=(str(tmp_path / "sim"),)))
+    ready(crew, "sim")
+    assert crew.memory_mb() > alone + 1.0
+
+
+def test_only_segments_that_nobody_holds_are_removed(tmp_path, monkeypatch):
+    monkeypatch.setattr(shared_memory, "FOLDER", tmp_path)
+    for name in ("fastrtps_a", "fastrtps_a_el", "sem.fastrtps_a_mutex", "fastrtps_b", "fastrtps_c", "fastrtps_c_el"):
+        (tmp_path / name).write_bytes(b"x" * 4096)
+    held = str(tmp_path / "fastrtps_b")
+    code = f"import mmap; f = open({held!r}, 'rb'); m = mmap.mmap(f.fileno(), 0, access=mmap.ACCESS_READ)"
+    holder = subprocess.Popen(
+        [sys.executable, "-c", f"{code}; print('ready', flush=True); input()"],
+        stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True,
+    )  # fmt: skip
+    try:
+        assert holder.stdout.readline() == "ready\n"
+        assert shared_memory.held_by([holder.pid]) == {"fastrtps_b"}
+        assert shared_memory.clean(["fastrtps_a", "fastrtps_b", "fastrtps_none"]) == ["fastrtps_a"]
+    finally:
+        holder.communicate("\n", timeout=DEADLINE_S)
+    assert holder.returncode == 0
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["fastrtps_b", "fastrtps_c", "fastrtps_c_el"]
