@@ -1,0 +1,17 @@
+#!/usr/bin/env python3
+"""Make a table and pictures from the bag of a mission: ``python analyse_mission.py --help``."""
+
+import sys
+
+from bootstrap.python_version import require_allowed
+
+if __name__ == "__main__":
+    require_allowed(sys.argv)
+    from bootstrap.launch import launch
+
+    launch(
+        "tethernet_bringup.analysis.cli",
+        "analysis",
+        "tethernet_bringup/tethernet_bringup/analysis/arguments.py",
+        sys.argv[1:],
+    )

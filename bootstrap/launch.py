@@ -1,0 +1,126 @@
+"""From a script for users to the module that does the work, in an environment that is there by then."""
+
+from __future__ import annotations
+
+import importlib.util
+import os
+import signal
+import sys
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from typing import NoReturn
+
+from . import ros, runtime
+from .environment import Interrupted, ensure, pending
+from .errors import SetupError
+from .places import Places, ros_places, venv_places
+from .report import Report
+from .steps import PROFILES, ROS_PACKAGES, VENV
+
+FAULT = 1
+
+
+def launch(module: str, profile: str, arguments_file: str, argv: Sequence[str]) -> NoReturn:
+    """Run a module in the environment, by replacing this process; set the environment up before, if need be.
+
+    Args:
+        module: what to run, as in ``python -m``.
+        profile: which steps of the set-up it needs.
+        arguments_file: file below ros2_ws/src that knows the command line: ``parse(argv)`` with nothing but the
+            standard library, ending the process for ``--help`` and bad usage. Used where a set-up would come first,
+            which nobody wants to wait for just to read of a typing error.
+        argv: the words after the script's name.
+    """
+    python, environment = prepare((profile,), lambda: _parse_early(arguments_file, argv))
+    # -P: a file in the user's working folder must not take the place of a library.
+    run_in([python, "-P", "-m", module, *argv], environment)
+
+
+def prepare(
+    profiles: Sequence[str], before: Callable[[], None] = lambda: None, *, fresh: bool = False
+) -> tuple[str, dict[str, str]]:
+    """Choose the environment and make sure that it is there; ends the process with a message where it cannot be.
+
+    Args:
+        profiles: what it is needed for.
+        before: called if a set-up has to come first.
+        fresh: make it anew.
+
+    Returns:
+        The Python to run and its environment variables.
+    """
+    report = Report()
+    try:
+        if _own_ros(os.environ, report):
+            return _ros_python(report, before)
+        places = venv_places()
+        wanted = {step.name: step for profile in profiles for step in PROFILES[profile]}
+        steps = list(wanted.values())
+        if fresh or pending(places, steps):
+            before()
+            ensure(places, steps, report, fresh=fresh)
+        return str(places.python), runtime.environment(places, os.environ)
+    except SetupError as error:
+        report.say(f"Set-up failed: {error}")
+        sys.exit(FAULT)
+    except KeyboardInterrupt:
+        report.say("Set-up interrupted; the next start goes on with it.")
+        sys.exit(128 + signal.SIGINT)
+    except Interrupted as interrupted:
+        report.say(f"Set-up ended by {signal.Signals(interrupted.signal_number).name}; the next start goes on with it.")
+        sys.exit(128 + interrupted.signal_number)
+
+
+def run_in(command: Sequence[str], environment: Mapping[str, str]) -> NoReturn:
+    """Replace this process."""
+    sys.stdout.flush()
+    sys.stderr.flush()
+    os.execve(command[0], list(command), dict(environment))
+
+
+def _own_ros(given: Mapping[str, str], report: Report) -> bool:
+    """Whether the machine's own ROS 2 is to be used; a notice where it is there and not used."""
+    distribution = ros.sourced(given)
+    if not distribution or given.get("TETHERNET_ENVIRONMENT") == "venv":
+        return False
+    if distribution != ros.DISTRIBUTION:
+        report.say(
+            f"ROS 2 {distribution} is sourced, {ros.DISTRIBUTION} is needed: .venv with its own ROS 2 is used instead."
+        )
+        return False
+    unbuilt = ros.unbuilt(given)
+    if unbuilt:
+        report.say(
+            f"ROS 2 {distribution} is sourced, but its workspace lacks {', '.join(unbuilt)}: .venv with its own "
+            f"ROS 2 is used instead. To use yours: {ros.BUILD_COMMANDS}"
+        )
+        return False
+    return True
+
+
+def _ros_python(report: Report, before: Callable[[], None]) -> tuple[str, dict[str, str]]:
+    """This Python if it has all libraries, else an environment on top of it that has the others."""
+    missing = ros.missing_libraries()
+    if not missing:
+        return sys.executable, dict(os.environ)
+    places: Places = ros_places()
+    if pending(places, (VENV, ROS_PACKAGES)):
+        before()
+        report.say(f"ROS 2 {ros.DISTRIBUTION} of this machine is used; its Python lacks {', '.join(missing)}.")
+        ensure(places, (VENV, ROS_PACKAGES), report)
+    return str(places.python), dict(os.environ)
+
+
+def _parse_early(arguments_file: str, argv: Sequence[str]) -> None:
+    """Let the command line's own module look at it. Where that cannot be loaded, the command itself will complain."""
+    path = Path(venv_places().sources, arguments_file)
+    if not path.exists():
+        return
+    spec = importlib.util.spec_from_file_location("_early_" + path.stem, path)
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[spec.name] = module  # dataclasses look themselves up there
+    try:
+        spec.loader.exec_module(module)
+    except ImportError:
+        return
+    module.parse(list(argv))

@@ -1,0 +1,34 @@
+"""A machine's own ROS 2: what is sourced, and whether the workspace is built for it."""
+
+from __future__ import annotations
+
+import importlib.util
+import os
+from collections.abc import Mapping
+from pathlib import Path
+
+from .places import PYTHON_PACKAGES
+
+DISTRIBUTION = "jazzy"
+LIBRARIES = ("matplotlib", "mcap", "numba", "numpy", "psutil", "rosbags", "scipy", "yaml", "zstandard")
+"""What the packages import besides ROS 2. Some are not part of it."""
+
+BUILD_COMMANDS = "cd ros2_ws && colcon build && . install/setup.sh"
+
+
+def sourced(given: Mapping[str, str]) -> str:
+    """Name of the ROS 2 distribution that is sourced, "" for none."""
+    return given.get("ROS_DISTRO", "") if given.get("AMENT_PREFIX_PATH") else ""
+
+
+def unbuilt(given: Mapping[str, str]) -> list[str]:
+    """Packages of the workspace that the sourced ROS 2 does not know."""
+    prefixes = [Path(prefix) for prefix in given.get("AMENT_PREFIX_PATH", "").split(os.pathsep) if prefix]
+    index = "share/ament_index/resource_index/packages"
+    wanted = ("tethernet_msgs", *PYTHON_PACKAGES)
+    return [package for package in wanted if not any((prefix / index / package).exists() for prefix in prefixes)]
+
+
+def missing_libraries() -> list[str]:
+    """Libraries that this Python does not find."""
+    return [name for name in LIBRARIES if importlib.util.find_spec(name) is None]

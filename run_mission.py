@@ -1,0 +1,12 @@
+#!/usr/bin/env python3
+"""Fly a tether-net capture mission over ROS 2, record it and print the verdict: ``python run_mission.py --help``."""
+
+import sys
+
+from bootstrap.python_version import require_allowed
+
+if __name__ == "__main__":
+    require_allowed(sys.argv)
+    from bootstrap.launch import launch
+
+    launch("tethernet_bringup.cli", "mission", "tethernet_bringup/tethernet_bringup/arguments.py", sys.argv[1:])
