@@ -1,0 +1,46 @@
+# The commands of daily work; CI runs the same ones. Each sets the environment up first, as far as it needs it.
+#
+#   make setup          the environment a mission needs
+#   make test           all tests but the slow ones      PYTEST_ARGS="tests/unit -k winch" runs some
+#   make test-all       the slow ones too
+#   make lint           linter and formatter, check only; `make format` puts right what they can
+#   make bench          all benchmarks                   BENCH=engine runs one, BENCH_ARGS=--smoke a short run
+#   make lock           pins all packages anew, after a change in requirements/
+#   make clean          removes the environment and all that was built
+
+PYTHON ?= python3
+BENCH ?= engine mission graph
+BENCH_ARGS ?=
+PYTEST_ARGS ?=
+
+SETUP = $(PYTHON) -m bootstrap
+
+.PHONY: setup test test-all lint format bench lock clean
+
+setup:
+	$(SETUP) mission
+
+test:
+	$(SETUP) test -- -m pytest $(PYTEST_ARGS)
+
+test-all:
+	$(SETUP) test -- -m pytest -m "" $(PYTEST_ARGS)
+
+lint:
+	$(SETUP) lint -- -m ruff check .
+	$(SETUP) lint -- -m ruff format --check .
+
+format:
+	$(SETUP) lint -- -m ruff check --fix .
+	$(SETUP) lint -- -m ruff format .
+
+bench:
+	@set -e; for name in $(BENCH); do echo "benchmark $$name"; $(SETUP) bench -- -m benchmarks.$$name $(BENCH_ARGS); done
+
+lock:
+	$(PYTHON) -m bootstrap.pins
+
+clean:
+	rm -rf .venv .venv.* ros2_ws/build ros2_ws/install ros2_ws/log .pytest_cache .ruff_cache
+	find . -name __pycache__ -prune -exec rm -rf {} +
+	find ros2_ws/src -name "*.egg-info" -prune -exec rm -rf {} +
