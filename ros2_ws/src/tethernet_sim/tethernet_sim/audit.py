@@ -10,7 +10,7 @@ from .state import ATTITUDE, CHASER, DEBRIS, MOMENTUM, POSITION, VELOCITY, State
 
 def particle_masses(model: Model) -> np.ndarray:
     """Masses of all particles, knots then MUs [kg], shape (529 + M,)."""
-    return np.concatenate([model.knot_mass, np.full(len(model.mu_knot), model.mu_mass)])
+    return np.concatenate([model.arrays.knot_mass, np.full(len(model.arrays.mu_knot), model.numbers.mu_mass)])
 
 
 def particles(state: State) -> tuple[np.ndarray, np.ndarray]:
@@ -24,15 +24,15 @@ def linear_momentum(model: Model, state: State) -> np.ndarray:
     """Momentum of net, MUs, debris and chaser [kg m/s], shape (B, 3)."""
     _, velocity = particles(state)
     total = np.einsum("p,bpx->bx", particle_masses(model), velocity)
-    total = total + model.debris_mass * state.bodies[:, DEBRIS, VELOCITY]
-    return total + model.chaser_mass * state.bodies[:, CHASER, VELOCITY]
+    total = total + model.numbers.debris_mass * state.bodies[:, DEBRIS, VELOCITY]
+    return total + model.numbers.chaser_mass * state.bodies[:, CHASER, VELOCITY]
 
 
 def angular_momentum(model: Model, state: State) -> np.ndarray:
     """Angular momentum of everything about the origin of the launch frame [N m s], shape (B, 3)."""
     position, velocity = particles(state)
     total = np.einsum("p,bpx->bx", particle_masses(model), np.cross(position, velocity))
-    for body, mass in ((DEBRIS, model.debris_mass), (CHASER, model.chaser_mass)):
+    for body, mass in ((DEBRIS, model.numbers.debris_mass), (CHASER, model.numbers.chaser_mass)):
         orbital = np.cross(state.bodies[:, body, POSITION], state.bodies[:, body, VELOCITY])
         total = total + mass * orbital + state.bodies[:, body, MOMENTUM]
     return total
@@ -43,7 +43,7 @@ def thread_lengths(model: Model, state: State) -> tuple[np.ndarray, np.ndarray]:
     grid = state.knot_pos.reshape(state.batch, 3, 23, 23)
     along_rows = np.linalg.norm(np.diff(grid, axis=3), axis=1).reshape(state.batch, -1)
     along_columns = np.linalg.norm(np.diff(grid, axis=2), axis=1).reshape(state.batch, -1)
-    ends = state.knot_pos[:, :, model.mu_knot].transpose(0, 2, 1)
+    ends = state.knot_pos[:, :, model.arrays.mu_knot].transpose(0, 2, 1)
     return np.concatenate([along_rows, along_columns], axis=1), np.linalg.norm(state.mu_pos - ends, axis=2)
 
 
@@ -51,13 +51,17 @@ def kinetic_energy(model: Model, state: State) -> np.ndarray:
     """Kinetic energy of everything [J], shape (B,)."""
     _, velocity = particles(state)
     total = 0.5 * np.einsum("p,bpx,bpx->b", particle_masses(model), velocity, velocity)
-    bodies = ((DEBRIS, model.debris_mass, model.debris_inertia), (CHASER, model.chaser_mass, model.chaser_inertia))
-    for body, mass, inertia in bodies:
+    n = model.numbers
+    bodies = (
+        (DEBRIS, n.debris_mass, n.debris_across, n.debris_along),
+        (CHASER, n.chaser_mass, n.chaser_inertia, n.chaser_inertia),
+    )
+    for body, mass, across, along in bodies:
         row = state.bodies[:, body]
         total = total + 0.5 * mass * np.sum(row[:, VELOCITY] ** 2, axis=1)
         inverse = row[:, ATTITUDE] * np.array([-1.0, -1.0, -1.0, 1.0])
         momentum = rotate(inverse, row[:, MOMENTUM])
-        total = total + 0.5 * np.sum(momentum**2 / np.array([inertia[0], inertia[0], inertia[1]]), axis=1)
+        total = total + 0.5 * np.sum(momentum**2 / np.array([across, across, along]), axis=1)
     return total
 
 
@@ -66,25 +70,27 @@ def elastic_energy(model: Model, state: State) -> np.ndarray:
     from .kernels.contact import surface
 
     mesh, mu = thread_lengths(model, state)
-    total = 0.5 * model.stiffness * np.sum(np.maximum(mesh - model.mesh, 0.0) ** 2, axis=1)
-    total = total + 0.5 * model.stiffness * np.sum(np.maximum(mu - model.mu_thread, 0.0) ** 2, axis=1)
+    total = 0.5 * model.numbers.stiffness * np.sum(np.maximum(mesh - model.numbers.mesh, 0.0) ** 2, axis=1)
+    total = total + 0.5 * model.numbers.stiffness * np.sum(np.maximum(mu - model.arrays.mu_thread, 0.0) ** 2, axis=1)
     position, _ = particles(state)
     for b in range(state.batch):
         if state.closing[b]:
             chaser = state.bodies[b, CHASER]
-            anchor = chaser[POSITION] + rotate(chaser[ATTITUDE], model.tether_anchor)
+            anchor = chaser[POSITION] + rotate(chaser[ATTITUDE], np.array([0.0, 0.0, model.numbers.tether_anchor]))
             stretch = np.linalg.norm(anchor - position[b, KNOTS // 2]) - state.tether_length[b]
-            total[b] += 0.5 * model.tether_stiffness * max(stretch, 0.0) ** 2
-            gaps = np.linalg.norm(position[b, model.pairs[:, 1]] - position[b, model.pairs[:, 0]], axis=1)
+            total[b] += 0.5 * model.numbers.tether_stiffness * max(stretch, 0.0) ** 2
+            gaps = np.linalg.norm(position[b, model.arrays.pairs[:, 1]] - position[b, model.arrays.pairs[:, 0]], axis=1)
             held = np.maximum(gaps - state.pair_length[b], 0.0)
-            total[b] += 0.5 * model.joint_stiffness * np.sum(held[state.locked[b]] ** 2)
+            total[b] += 0.5 * model.numbers.joint_stiffness * np.sum(held[state.locked[b]] ** 2)
         debris = state.bodies[b, DEBRIS]
         inverse = debris[ATTITUDE] * np.array([-1.0, -1.0, -1.0, 1.0])
         local = rotate(inverse[None], position[b] - debris[POSITION])
-        near = np.flatnonzero(np.linalg.norm(local, axis=1) < model.debris_radius + model.debris_half_length + 1.0)
+        near = np.flatnonzero(
+            np.linalg.norm(local, axis=1) < model.numbers.debris_radius + model.numbers.debris_half_length + 1.0
+        )
         for i in near:
-            size = model.knot_radius if i < KNOTS else model.mu_radius
-            depth = size - surface(*local[i], model.debris_radius, model.debris_half_length, np.zeros(3))
+            size = model.numbers.knot_radius if i < KNOTS else model.numbers.mu_radius
+            depth = size - surface(*local[i], model.numbers.debris_radius, model.numbers.debris_half_length)[0]
             if depth > 0.0:
-                total[b] += 0.5 * model.contact_stiffness * (depth**2 + np.sum(state.bristle[b, i] ** 2))
+                total[b] += 0.5 * model.numbers.contact_stiffness * (depth**2 + np.sum(state.bristle[b, i] ** 2))
     return total

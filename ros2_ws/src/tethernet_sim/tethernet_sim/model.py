@@ -17,27 +17,22 @@ CLOSING_NODES_PER_SIDE = (0, 7, 15)
 """Closing nodes of the 4-MU design on each side, counted from one corner; the next corner starts the next side [A; 12 is P]."""
 
 
-class Model(NamedTuple):
-    """Everything that does not change while a scenario is flown. Knots are numbered row by row; particles are knots, then MUs."""
+class Numbers(NamedTuple):
+    """The scalar constants. Apart from the arrays, because numba counts references of every array at every call."""
 
     time_step: float  # [s]
     mesh: float  # rest length of a thread between knots [m]
     stiffness: float  # of every thread, MU threads included [N/m]
     damping: float  # of every thread [N s/m]
-    knot_mass: np.ndarray  # (529,) half of each thread that ends there [kg]
-    inverse_knot_mass: np.ndarray  # (529,) [1/kg]
-    row_stiffness: np.ndarray  # (528,) thread from knot i to i + 1 [N/m]; 0 where a row ends
-    row_damping: np.ndarray  # (528,) [N s/m]
     mu_mass: float  # [kg]
-    mu_knot: np.ndarray  # (M,) knot that MU m hangs on
-    mu_thread: np.ndarray  # (M,) rest length of its thread [m]
     debris_mass: float  # [kg]
-    debris_inertia: np.ndarray  # (2,) across the axis, along it [kg m^2]
+    debris_across: float  # moment of inertia across the cylinder's axis [kg m^2]
+    debris_along: float  # along it [kg m^2]
     debris_radius: float  # [m]
     debris_half_length: float  # [m]
     chaser_mass: float  # [kg]
-    chaser_inertia: np.ndarray  # (2,) equal: a homogeneous cube [kg m^2]
-    tether_anchor: np.ndarray  # (3,) launch point in the chaser's body frame [m]
+    chaser_inertia: float  # of a homogeneous cube, about any axis [kg m^2]
+    tether_anchor: float  # z of the launch point in the chaser's body frame [m]
     tether_stiffness: float  # [N/m]
     tether_damping: float  # [N s/m]
     contact_stiffness: float  # [N/m]
@@ -46,7 +41,6 @@ class Model(NamedTuple):
     friction: float  # [-]
     knot_radius: float  # [m]
     mu_radius: float  # [m]
-    pairs: np.ndarray  # (R, 2) closing pairs: particles (MUs from 529 on)
     winch_speed: float  # [m/s]; 0 where the MUs dock
     winch_tension: float  # [N]
     winch_stiffness: float  # [N/m]
@@ -59,11 +53,32 @@ class Model(NamedTuple):
     coupling_damping: float  # [N s/m]
 
 
+class Arrays(NamedTuple):
+    """The constant arrays. Particles are knots, row by row, then MUs."""
+
+    knot_mass: np.ndarray  # (529,) half of each thread that ends there [kg]
+    kick: np.ndarray  # (529,) velocity per force in one step: time step / mass [s/kg]
+    row_stiffness: np.ndarray  # (528,) thread from knot i to i + 1 [N/m]; 0 where a row ends
+    row_damping: np.ndarray  # (528,) [N s/m]
+    column_stiffness: np.ndarray  # (506,) thread from knot i to i + 23 [N/m]
+    column_damping: np.ndarray  # (506,) [N s/m]
+    mu_knot: np.ndarray  # (M,) knot that MU m hangs on
+    mu_thread: np.ndarray  # (M,) rest length of its thread [m]
+    pairs: np.ndarray  # (R, 2) closing pairs: particles
+
+
+class Model(NamedTuple):
+    """Everything that does not change while a scenario is flown; two parts, because compiled code takes them apart."""
+
+    numbers: Numbers
+    arrays: Arrays
+
+
 def closing_nodes() -> list[int]:
     """The 12 closing nodes of the 4-MU design in their order round the mouth, as knot numbers."""
     last = KNOT_ROWS - 1
     nodes = []
-    nodes += [column for column in CLOSING_NODES_PER_SIDE]
+    nodes += CLOSING_NODES_PER_SIDE
     nodes += [row * KNOT_ROWS + last for row in CLOSING_NODES_PER_SIDE]
     nodes += [last * KNOT_ROWS + (last - column) for column in CLOSING_NODES_PER_SIDE]
     nodes += [(last - row) * KNOT_ROWS for row in CLOSING_NODES_PER_SIDE]
@@ -93,35 +108,28 @@ def build_model(mu_count: int, physics: PhysicsParameters, mission: MissionParam
     """
     layout = design(mu_count)
     mass = knot_masses(physics)
-    row_end = (np.arange(KNOTS - 1) % KNOT_ROWS) != KNOT_ROWS - 1
+    row_end = (np.arange(KNOTS - 1) % KNOT_ROWS) == KNOT_ROWS - 1
     knot, mu = float(mass.max()), physics.mu_mass_kg
     if layout.closes_by_docking:
         ring = [KNOTS + mu_number - 1 for mu_number in layout.closing_ring]
     else:
         ring = closing_nodes()
     joined = 0.5 * (mu if layout.closes_by_docking else knot)  # reduced mass of a pair
-    cylinder_across = physics.debris_mass_kg * (3.0 * physics.debris_radius_m**2 + physics.debris_length_m**2) / 12.0
-    cylinder_along = 0.5 * physics.debris_mass_kg * physics.debris_radius_m**2
-    cube = physics.chaser_mass_kg * physics.chaser_side_m**2 / 6.0
-    return Model(
+    stiffness, damping = physics.thread_stiffness_n_m, physics.thread_damping_n_s_m
+    numbers = Numbers(
         time_step=physics.time_step_s,
         mesh=physics.mesh_m,
-        stiffness=physics.thread_stiffness_n_m,
-        damping=physics.thread_damping_n_s_m,
-        knot_mass=mass,
-        inverse_knot_mass=1.0 / mass,
-        row_stiffness=np.where(row_end, physics.thread_stiffness_n_m, 0.0),
-        row_damping=np.where(row_end, physics.thread_damping_n_s_m, 0.0),
+        stiffness=stiffness,
+        damping=damping,
         mu_mass=mu,
-        mu_knot=np.array([row * KNOT_ROWS + column for row, column in layout.knots]),
-        mu_thread=np.array(layout.thread_lengths),
         debris_mass=physics.debris_mass_kg,
-        debris_inertia=np.array([cylinder_across, cylinder_along]),
+        debris_across=physics.debris_mass_kg * (3.0 * physics.debris_radius_m**2 + physics.debris_length_m**2) / 12.0,
+        debris_along=0.5 * physics.debris_mass_kg * physics.debris_radius_m**2,
         debris_radius=physics.debris_radius_m,
         debris_half_length=0.5 * physics.debris_length_m,
         chaser_mass=physics.chaser_mass_kg,
-        chaser_inertia=np.array([cube, cube]),
-        tether_anchor=np.array([0.0, 0.0, -0.5 * physics.chaser_side_m]),
+        chaser_inertia=physics.chaser_mass_kg * physics.chaser_side_m**2 / 6.0,
+        tether_anchor=-0.5 * physics.chaser_side_m,
         tether_stiffness=physics.tether_stiffness_n_m,
         tether_damping=physics.tether_damping_n_s_m,
         contact_stiffness=physics.contact_stiffness_n_m,
@@ -130,7 +138,6 @@ def build_model(mu_count: int, physics: PhysicsParameters, mission: MissionParam
         friction=physics.friction_coefficient,
         knot_radius=physics.knot_radius_m,
         mu_radius=physics.mu_radius_m,
-        pairs=np.array(list(zip(ring, ring[1:] + ring[:1], strict=True))),
         winch_speed=0.0 if layout.closes_by_docking else physics.winch_speed_m_s,
         winch_tension=physics.winch_tension_n,
         winch_stiffness=physics.winch_stiffness_n_m,
@@ -142,6 +149,19 @@ def build_model(mu_count: int, physics: PhysicsParameters, mission: MissionParam
         coupling_stiffness=mu * physics.external_coupling_rad_s**2,
         coupling_damping=2.0 * mu * physics.external_coupling_rad_s,
     )
+    columns = KNOTS - KNOT_ROWS
+    arrays = Arrays(
+        knot_mass=mass,
+        kick=physics.time_step_s / mass,
+        row_stiffness=np.where(row_end, 0.0, stiffness),
+        row_damping=np.where(row_end, 0.0, damping),
+        column_stiffness=np.full(columns, stiffness),
+        column_damping=np.full(columns, damping),
+        mu_knot=np.array([row * KNOT_ROWS + column for row, column in layout.knots]),
+        mu_thread=np.array(layout.thread_lengths),
+        pairs=np.array(list(zip(ring, ring[1:] + ring[:1], strict=True))),
+    )
+    return Model(numbers, arrays)
 
 
 def _critical(stiffness: float, mass: float) -> float:

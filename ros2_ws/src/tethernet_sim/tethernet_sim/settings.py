@@ -130,7 +130,7 @@ class SimNodeParameters:
         "and is not waited for until it answers again",
         unit="s", low=0.01, high=600.0,
     )  # fmt: skip
-    status_every: int = parameter("Control ticks between two status messages", low=1, high=100000)
+    sim_status_every: int = parameter("Control ticks between two status messages", low=1, high=100000)
     markers_every: int = parameter("Control ticks between two pictures for RViz", low=1, high=100000)
 
 

@@ -8,6 +8,8 @@ import time
 import numpy as np
 from geometry_msgs.msg import WrenchStamped
 from nav_msgs.msg import Odometry
+from rclpy.clock import Clock as RosClock
+from rclpy.clock import ClockType
 from rclpy.node import Node
 from rosgraph_msgs.msg import Clock
 from std_msgs.msg import Header
@@ -44,11 +46,11 @@ _EXTERNAL = "odometry of mu"
 class SimNode(Node):
     """Flies one scenario; starts when the planner's launch is confirmed, stops when the mission is over."""
 
+    PARAMETERS = (SimNodeParameters, ScenarioParameters, ControlParameters, MissionParameters, PhysicsParameters)
+
     def __init__(self):
         super().__init__("sim", **NODE_OPTIONS)
-        self.p, self.scenario, self.control, mission, physics = declare(
-            self, SimNodeParameters, ScenarioParameters, ControlParameters, MissionParameters, PhysicsParameters
-        )
+        self.p, self.scenario, self.control, mission, physics = declare(self, *self.PARAMETERS)
         mus = self.scenario.mu_count
         self.mus = range(1, mus + 1)
         self.world = World(
@@ -80,7 +82,8 @@ class SimNode(Node):
         self._make_subscriptions()
         period = self.control.control_period_s
         # Real time: the pace itself. Lock-step: looks whether a wait has run out.
-        self._timer = self.create_timer(min(0.2, self.p.answer_timeout_s) if self.lockstep else period, self._on_timer)
+        wake = min(0.2, self.p.answer_timeout_s) if self.lockstep else period
+        self._timer = self.create_timer(wake, self._on_timer, clock=RosClock(clock_type=ClockType.STEADY_TIME))
         if not self.lockstep:
             self._timer.cancel()
         self._publish_bodies()
@@ -106,10 +109,12 @@ class SimNode(Node):
         self._clock = make(Clock, topics.CLOCK, qos.CONTROL)
         self._odometry = {mu: MuOdometry(mu, self.control) for mu in self.mus if mu not in self.external}
         self._odometry_out = {mu: make(Odometry, topics.mu_odometry(mu), qos.CONTROL) for mu in self._odometry}
-        model = self.world.model
+        n = self.world.model.numbers
+        debris = np.array([n.debris_across, n.debris_across, n.debris_along])
+        chaser = np.full(3, n.chaser_inertia)
         self._bodies = (
-            (BodyOdometry(DEBRIS, "debris", model.debris_inertia), make(Odometry, topics.DEBRIS_ODOMETRY, qos.STATE)),
-            (BodyOdometry(CHASER, "chaser", model.chaser_inertia), make(Odometry, topics.CHASER_ODOMETRY, qos.STATE)),
+            (BodyOdometry(DEBRIS, "debris", debris), make(Odometry, topics.DEBRIS_ODOMETRY, qos.STATE)),
+            (BodyOdometry(CHASER, "chaser", chaser), make(Odometry, topics.CHASER_ODOMETRY, qos.STATE)),
         )
         self._net, self._net_out = NetStateMessage(), make(NetState, topics.NET_STATE, qos.BULK)
         self._tf, self._tf_out = Transforms(len(self.mus)), make(TFMessage, topics.TF, qos.BULK)
@@ -223,7 +228,7 @@ class SimNode(Node):
         tick = stamp_ns // self.control.period_ns
         if tick % self.p.markers_every == 0:
             self._markers_out.publish(self._markers.fill(stamp_ns, self.world))
-        if tick % self.p.status_every == 0:
+        if tick % self.p.sim_status_every == 0:
             self._publish_status()
 
     def _publish_bodies(self) -> None:

@@ -74,14 +74,14 @@ def initial_state(
         debris_rate: angular rate in the body frame [rad/s], shape (B, 3).
     """
     batch = len(debris_position)
-    mus, pairs = len(model.mu_knot), len(model.pairs)
+    mus, pairs = len(model.arrays.mu_knot), len(model.arrays.pairs)
     flat = (np.arange(KNOT_ROWS) - KNOT_ROWS // 2) * physics.mesh_m * physics.fold_factor
     x, y = np.meshgrid(flat, flat)
     folded = np.stack([x.ravel(), y.ravel(), np.full(KNOTS, -physics.start_distance_m)])
     bodies = np.zeros((batch, 2, 13))
     bodies[:, DEBRIS, POSITION] = debris_position
     bodies[:, DEBRIS, ATTITUDE] = debris_attitude
-    across, along = model.debris_inertia
+    across, along = model.numbers.debris_across, model.numbers.debris_along
     bodies[:, DEBRIS, MOMENTUM] = rotate(
         np.asarray(debris_attitude, float), debris_rate * np.array([across, across, along])
     )
@@ -90,7 +90,7 @@ def initial_state(
     return State(
         knot_pos=np.repeat(folded[None], batch, axis=0),
         knot_vel=np.zeros((batch, 3, KNOTS)),
-        mu_pos=np.repeat(folded[:, model.mu_knot].T[None], batch, axis=0),
+        mu_pos=np.repeat(folded[:, model.arrays.mu_knot].T[None], batch, axis=0),
         mu_vel=np.zeros((batch, mus, 3)),
         bodies=bodies,
         bristle=np.zeros((batch, KNOTS + mus, 3)),

@@ -57,7 +57,7 @@ class World:
         self.target_vel = np.zeros((batch, mu_count, 3))
         """Their measured velocities [m/s], shape (B, M, 3)."""
         self._all = np.arange(batch)
-        self._knot_weight = self.model.knot_mass / self.model.knot_mass.sum()
+        self._knot_weight = self.model.arrays.knot_mass / self.model.arrays.knot_mass.sum()
 
     def advance(self, thrust: np.ndarray, chosen: np.ndarray | None = None) -> None:
         """Fly one control period under constant thrust.
@@ -68,7 +68,7 @@ class World:
         """
         s = self.state
         step.advance(
-            self.model, self.steps, self._all if chosen is None else chosen, thrust,
+            self.model.numbers, self.model.arrays, self.steps, self._all if chosen is None else chosen, thrust,
             self.external, self.target_pos, self.target_vel, s.knot_pos, s.knot_vel, s.mu_pos, s.mu_vel,
             s.bodies, s.bristle, s.closing, s.pair_length, s.locked, s.tether_length, s.contacts,
         )  # fmt: skip
@@ -77,7 +77,13 @@ class World:
         """Lock the main tether, start the winches, enable docking in one scenario."""
         s = self.state
         s.tether_length[index] = step.begin_closing(
-            self.model, s.knot_pos[index], s.mu_pos[index], s.bodies[index, 1], s.pair_length[index], s.locked[index]
+            self.model.numbers,
+            self.model.arrays.pairs,
+            s.knot_pos[index],
+            s.mu_pos[index],
+            s.bodies[index, CHASER],
+            s.pair_length[index],
+            s.locked[index],
         )
         s.closing[index] = True
 
@@ -106,10 +112,14 @@ class World:
     def tether(self, index: int) -> tuple[float, float]:
         """Length of the main tether [m] (paid out; the locked length once closing has begun) and its tension [N], damping left out."""
         s = self.state
-        chaser = s.bodies[index, CHASER]
-        anchor = chaser[POSITION] + rotate(chaser[ATTITUDE], self.model.tether_anchor)
+        anchor = self.tether_anchor(index)
         distance = float(np.linalg.norm(anchor - s.knot_pos[index, :, CENTRAL_KNOT]))
         if not s.closing[index]:
             return distance, 0.0
         locked = float(s.tether_length[index])
-        return locked, self.model.tether_stiffness * max(distance - locked, 0.0)
+        return locked, self.model.numbers.tether_stiffness * max(distance - locked, 0.0)
+
+    def tether_anchor(self, index: int) -> np.ndarray:
+        """The launch point on the chaser [m], frame launch, shape (3,)."""
+        chaser = self.state.bodies[index, CHASER]
+        return chaser[POSITION] + rotate(chaser[ATTITUDE], np.array([0.0, 0.0, self.model.numbers.tether_anchor]))

@@ -23,12 +23,12 @@ def rotation_matrix(body, matrix):
 
 
 @kernel
-def angular_rate(body, matrix, inertia, rate):
-    """Write the angular rate in the launch frame [rad/s] to ``rate``."""
-    along = matrix[0, 2] * body[10] + matrix[1, 2] * body[11] + matrix[2, 2] * body[12]
-    spin = along / inertia[1] - along / inertia[0]
+def angular_rate(body, matrix, across, along, rate):
+    """Write the angular rate in the launch frame [rad/s] to ``rate``; inertia across and along the axis [kg m^2]."""
+    axial = matrix[0, 2] * body[10] + matrix[1, 2] * body[11] + matrix[2, 2] * body[12]
+    spin = axial / along - axial / across
     for axis in range(3):
-        rate[axis] = body[10 + axis] / inertia[0] + spin * matrix[axis, 2]
+        rate[axis] = body[10 + axis] / across + spin * matrix[axis, 2]
 
 
 @kernel
@@ -40,7 +40,7 @@ def kick(body, mass, force, torque, time_step):
 
 
 @kernel
-def drift_body(body, matrix, inertia, duration):
+def drift_body(body, matrix, across, along, duration):
     """Move a body freely for ``duration`` [s]: exact for a body of revolution, for any duration.
 
     The angular rate is the constant vector L / I_across plus a spin about the body's own axis, so the attitude is
@@ -50,9 +50,9 @@ def drift_body(body, matrix, inertia, duration):
         body[axis] += duration * body[3 + axis]
     momentum = math.sqrt(body[10] * body[10] + body[11] * body[11] + body[12] * body[12])
     if momentum > 0.0:
-        along = matrix[0, 2] * body[10] + matrix[1, 2] * body[11] + matrix[2, 2] * body[12]
-        half_spin = 0.5 * duration * (along / inertia[1] - along / inertia[0])
-        half_turn = 0.5 * duration * momentum / inertia[0]
+        axial = matrix[0, 2] * body[10] + matrix[1, 2] * body[11] + matrix[2, 2] * body[12]
+        half_spin = 0.5 * duration * (axial / along - axial / across)
+        half_turn = 0.5 * duration * momentum / across
         scale = math.sin(half_turn) / momentum
         px, py, pz, pw = body[10] * scale, body[11] * scale, body[12] * scale, math.cos(half_turn)
         x, y, z, w = body[6], body[7], body[8], body[9]

@@ -11,7 +11,7 @@ from tethernet_control.ros.conversions import set_stamp
 from visualization_msgs.msg import Marker, MarkerArray
 
 from ..model import CENTRAL_KNOT, KNOTS
-from ..state import ATTITUDE, CHASER, DEBRIS, POSITION, rotate
+from ..state import ATTITUDE, CHASER, DEBRIS, POSITION
 from ..world import World
 from .messages import set_quaternion, set_xyz
 
@@ -34,7 +34,7 @@ class Markers:
     """Net, MUs, debris, chaser and main tether."""
 
     def __init__(self, world: World):
-        mus = len(world.model.mu_knot)
+        mus = len(world.model.arrays.mu_knot)
         # The markers share the Point objects: one write moves a knot in all of them.
         self._knots = [Point() for _ in range(KNOTS)]
         self._mus = [Point() for _ in range(mus)]
@@ -42,7 +42,9 @@ class Markers:
         rows, columns = serpentine()
         physics = world.physics
         threads = [
-            end for mu, knot in zip(self._mus, world.model.mu_knot, strict=True) for end in (mu, self._knots[knot])
+            end
+            for mu, knot in zip(self._mus, world.model.arrays.mu_knot, strict=True)
+            for end in (mu, self._knots[knot])
         ]
         cylinder = _marker("debris", Marker.CYLINDER, _DEBRIS, 2.0 * physics.debris_radius_m, physics.debris_length_m)
         cube = _marker("chaser", Marker.CUBE, _CHASER, physics.chaser_side_m, physics.chaser_side_m)
@@ -66,8 +68,7 @@ class Markers:
         for points, places in ((self._knots, state.knot_pos[0].T.tolist()), (self._mus, state.mu_pos[0].tolist())):
             for point, (x, y, z) in zip(points, places, strict=True):
                 point.x, point.y, point.z = x, y, z
-        chaser = state.bodies[0, CHASER]
-        set_xyz(self._anchor, chaser[POSITION] + rotate(chaser[ATTITUDE], world.model.tether_anchor))
+        set_xyz(self._anchor, world.tether_anchor(0))
         for marker, body in self._bodies:
             set_xyz(marker.pose.position, state.bodies[0, body, POSITION])
             set_quaternion(marker.pose.orientation, state.bodies[0, body, ATTITUDE])

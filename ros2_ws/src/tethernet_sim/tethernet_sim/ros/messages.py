@@ -57,10 +57,10 @@ class BodyOdometry:
         """Args:
         body: DEBRIS or CHASER.
         frame: its child frame.
-        inertia: across and along its axis [kg m^2].
+        inertia: about its body axes [kg m^2], shape (3,).
         """
         self._body = body
-        self._inertia = np.array([inertia[0], inertia[0], inertia[1]])
+        self._inertia = inertia
         self.message = Odometry()
         self.message.header.frame_id = topics.FRAME
         self.message.child_frame_id = frame
