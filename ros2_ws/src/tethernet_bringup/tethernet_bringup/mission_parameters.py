@@ -133,7 +133,7 @@ def node_classes(mu_count: int, simulated: bool = True) -> dict[str, tuple[type,
         SIM: (ScenarioParameters, SimNodeParameters, PhysicsParameters, ControlParameters, MissionParameters),
         **{controller(mu): (ControlParameters,) for mu in range(1, mu_count + 1)},
         PLANNER: (PlannerParameters, MissionParameters, ControlParameters),
-        ASSESSOR: (AssessorParameters, QualityParameters, MissionParameters),
+        ASSESSOR: (AssessorParameters, QualityParameters, MissionParameters, ControlParameters),
         RECORDER: (RecorderParameters,),
         MONITOR: (SupervisorParameters,),
     }

@@ -1,0 +1,110 @@
+"""What goes wrong is said in one sentence, counted, and never left hanging."""
+
+import resource
+import signal
+
+import pytest
+
+from tests.ros.mission_command import MissionCommand, read_bag
+
+pytestmark = pytest.mark.ros
+LOCKSTEP = ("--pace", "lockstep")
+
+
+def short(tmp_path, seconds=4.0, **more):
+    """A parameter file with which a mission is given up soon."""
+    path = tmp_path / "short.yaml"
+    lines = [f"    {key}: {value}" for key, value in {"give_up_s": seconds, **more}.items()]
+    path.write_text("/**:\n  ros__parameters:\n" + "\n".join(lines) + "\n")
+    return ("--params", str(path))
+
+
+def test_a_controller_killed_in_flight_is_reported_and_the_mission_goes_on(tmp_path, domain_id):
+    flags = (*LOCKSTEP, *short(tmp_path, 30.0, trigger_distance_m=0.5, answer_timeout_s=0.5))
+    with MissionCommand(tmp_path / "runs", domain_id, *flags) as mission:
+        mission.wait_for("DEPLOYING  net to debris")
+        mission.kill_node("mu3_controller")
+        status = mission.finish()
+        assert status in (0, 3), mission.text
+        assert "mu3_controller died (killed by SIGKILL)" in mission.text
+        outcome = mission.outcome
+        assert outcome["lost_controllers"] == [3]
+        assert outcome["faults"] == []
+        assert outcome["late_commands"] > 100
+        assert "mu3_controller died" in outcome["warnings"][0]
+        messages = read_bag(mission.run)
+        assert len(messages["/mu3/thrust"]) < len(messages["/mu4/thrust"]) == len(messages["/mu4/odom"])
+
+
+@pytest.mark.parametrize("node", ["planner", "sim", "assessor", "recorder", "mu5_controller"])
+def test_a_node_killed_before_launch_ends_the_mission(tmp_path, domain_id, node):
+    with MissionCommand(tmp_path, domain_id, *LOCKSTEP) as mission:
+        mission.kill_node(node)
+        assert mission.finish() == 1, mission.text
+        assert f"run_mission.py: fault: {node} died (killed by SIGKILL)" in mission.text
+        assert mission.outcome["faults"] == [f"{node} died (killed by SIGKILL)"]
+        assert mission.outcome["phase"] != "COMPLETE"
+
+
+@pytest.mark.parametrize("node", ["planner", "sim", "assessor", "recorder"])
+def test_an_essential_node_killed_in_flight_ends_the_mission(tmp_path, domain_id, node):
+    with MissionCommand(tmp_path, domain_id, "--pace", "realtime") as mission:
+        mission.wait_for("DEPLOYING  net to debris")
+        mission.kill_node(node)
+        assert mission.finish() == 1, mission.text
+        assert mission.outcome["verdict"].startswith(f"{node} died (killed by SIGKILL)")
+        assert mission.outcome["captured"] is False
+        if node != "recorder":
+            assert len(read_bag(mission.run)["/mu3/thrust"]) > 10
+
+
+def test_a_full_disk_ends_the_mission_and_keeps_what_was_recorded(tmp_path, domain_id):
+    with MissionCommand(tmp_path, domain_id, *LOCKSTEP) as mission:
+        # No file of the mission may grow beyond this: to the recorder that is a disk without room.
+        resource.prlimit(mission.process.pid, resource.RLIMIT_FSIZE, (5_000_000, 5_000_000))
+        assert mission.finish() == 1, mission.text
+        assert "recorder died (exit status 1)" in mission.outcome["verdict"]
+        assert len(read_bag(mission.run)["/mu3/thrust"]) > 10
+
+
+def test_a_second_mission_in_the_same_domain_is_refused(tmp_path, domain_id):
+    with MissionCommand(tmp_path / "first", domain_id, "--external-mu", "3", "--external-timeout", "80") as first:
+        first.wait_for("mu_driver.py --mu 3")
+        with MissionCommand(tmp_path / "second", domain_id, *LOCKSTEP, *short(tmp_path)) as second:
+            assert second.finish() == 1
+            assert f"somebody else is in DDS domain {domain_id}" in second.text
+            assert "--domain-id" in second.text
+        assert first.process.poll() is None
+        assert first.stop(signal.SIGINT)[0] == 130
+
+
+def test_an_external_mu_without_a_driver_is_named(tmp_path, domain_id):
+    with MissionCommand(tmp_path, domain_id, "--external-mu", "3", "5", "--external-timeout", "0.5") as mission:
+        assert mission.finish() == 1
+        assert f"ROS_DOMAIN_ID={domain_id} python examples/mu_driver.py --mu 3" in mission.text
+        assert "no driver publishes /mu3/odom, /mu5/odom" in mission.outcome["verdict"]
+
+
+def test_an_output_folder_that_cannot_be_written_is_refused_at_once(tmp_path, domain_id):
+    (tmp_path / "file").write_text("")
+    with MissionCommand(tmp_path / "file" / "runs", domain_id) as mission:
+        assert mission.finish() == 1
+        assert "cannot make a run's folder there: Not a directory" in mission.text
+        assert mission.nodes() == {}
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (("--mus", "5"), "--mus 5: no such design"),
+        (("--debris", "0", "0", "-10"), "allowed: -60 to -40 m"),
+        (("--debris", "0", "0", "nan"), "finite"),
+        (("--params", "/nowhere.yaml"), "/nowhere.yaml"),
+        (("--policy", "best"), "allowed: nominal"),
+    ],
+)
+def test_bad_usage_starts_nothing(tmp_path, domain_id, words, message):
+    with MissionCommand(tmp_path / "runs", domain_id, *words) as mission:
+        assert mission.finish() == 2
+        assert message in mission.text
+        assert not (tmp_path / "runs").exists()

@@ -1,0 +1,91 @@
+"""Missions flown over DDS by the command, to the verdict."""
+
+import pytest
+import yaml
+
+from tests.ros.mission_command import MissionCommand, read_bag
+from tests.ros.test_mission_faults import LOCKSTEP, short
+from tests.unit.test_outcome import ISSUE_KEYS
+
+pytestmark = pytest.mark.ros
+
+
+def test_every_node_knows_the_parameters_that_the_command_gives_it():
+    from tethernet_bringup import mission_parameters, recorder_node
+    from tethernet_control import controller_node
+    from tethernet_planner import assessor_node, planner_node
+    from tethernet_sim import sim_node
+
+    classes = mission_parameters.node_classes(8)
+    assert set(classes["sim"]) == set(sim_node.SimNode.PARAMETERS)
+    assert set(classes["planner"]) == set(planner_node.PlannerNode.PARAMETERS)
+    assert set(classes["assessor"]) == set(assessor_node.AssessorNode.PARAMETERS)
+    own = set(controller_node.ControllerNode.PARAMETERS) - {controller_node.ControllerIdentity}
+    assert set(classes["mu1_controller"]) == own
+    assert classes["recorder"] == (recorder_node.RecorderParameters,)
+
+
+@pytest.mark.parametrize("mus", [4, 8])
+def test_a_missed_mission_is_flown_and_told(tmp_path, domain_id, mus):
+    flags = ("--mus", str(mus), "--seed", "7", *LOCKSTEP, *short(tmp_path, 2.0))
+    with MissionCommand(tmp_path / "runs", domain_id, *flags) as mission:
+        assert mission.finish() == 3, mission.text
+        outcome = mission.outcome
+        assert set(outcome) >= ISSUE_KEYS
+        assert (outcome["captured"], outcome["mus"], outcome["seed"], outcome["policy"]) == (False, mus, 7, "nominal")
+        assert (outcome["trigger_time_s"], outcome["end_time_s"], outcome["phase"]) == (None, 2.0, "MISSED")
+        assert len(outcome["fuel_kg"]) == mus
+        assert all(fuel > 0.0 for fuel in outcome["fuel_kg"])
+        assert outcome["deadline_misses"] == 0
+        assert outcome["warnings"] == outcome["faults"] == []
+        counts = outcome["messages"]
+        ticks = counts["/clock"]
+        assert ticks >= 41
+        for mu in range(1, mus + 1):
+            assert counts[f"/mu{mu}/odom"] == counts[f"/mu{mu}/thrust"] == ticks
+        assert counts["/planner/heartbeat"] == counts["/net/state"] == ticks
+        assert {topic: len(found) for topic, found in read_bag(mission.run).items()} == {
+            topic: count for topic, count in counts.items() if count
+        }
+        used = yaml.safe_load((mission.run / "parameters.yaml").read_text())
+        assert used["sim"]["ros__parameters"]["seed"] == 7
+        assert used["planner"]["ros__parameters"]["give_up_s"] == 2.0
+        for node in ("sim", "planner", "assessor", "recorder", f"mu{mus}_controller"):
+            assert (mission.run / "logs" / f"{node}.log").exists()
+
+
+def test_the_default_mission_captures_exactly_as_in_one_process(tmp_path, domain_id):
+    from tethernet_sim.fly import fly
+    from tethernet_sim.scenario import Scenario
+
+    with MissionCommand(tmp_path, domain_id, *LOCKSTEP) as mission:
+        assert mission.finish() == 0, mission.text
+        assert "CAPTURED" in mission.text
+        assert_same(mission.outcome, fly(Scenario()))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("mus", "debris"), [(4, (0.0, 0.0, -50.0)), (4, (8.9, 6.2, -44.0)), (8, (8.9, 6.2, -44.0))])
+def test_other_missions_fly_exactly_as_in_one_process(tmp_path, domain_id, mus, debris):
+    from tethernet_sim.fly import fly
+    from tethernet_sim.scenario import Scenario
+
+    flags = ("--mus", str(mus), "--debris", *map(str, debris), *LOCKSTEP)
+    with MissionCommand(tmp_path, domain_id, *flags) as mission:
+        status = mission.finish()
+        assert status == (0 if mission.outcome["captured"] else 3), mission.text
+        assert_same(mission.outcome, fly(Scenario(mus=mus, debris_position=debris)))
+        if mus == 8:
+            assert mission.outcome["captured"]
+            assert mission.outcome["cqi"] < 2.5
+            assert mission.outcome["locked_pairs"] >= 6
+
+
+def assert_same(over_ros, in_process):
+    """Bit for bit: the nodes run the code of the in-process call."""
+    for name in ("captured", "verdict", "cqi", "locked_pairs", "trigger_time_s", "end_time_s", "mouth_area_m2"):
+        assert over_ros[name] == getattr(in_process, name), name
+    for name in ("net_debris_distance_m", "max_tracking_error_m", "seed", "mus"):
+        assert over_ros[name] == getattr(in_process, name), name
+    assert tuple(over_ros["fuel_kg"]) == in_process.fuel_kg
+    assert tuple(over_ros["fuel_at_trigger_kg"]) == in_process.fuel_at_trigger_kg
