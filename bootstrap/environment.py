@@ -104,7 +104,7 @@ def _set_up(places: Places, steps: Sequence[Step], report: Report, fresh: bool) 
     found = machine.check(places, compiler=any(step.compiles for step in to_do))
 
     places.log.write_text(f"{time.strftime('%Y-%m-%d %H:%M:%S')}  {found}\n")
-    report.say(f"Set-up of {places.venv} ({found}); this is done once.")
+    report.say(f"Set-up of {places.venv} ({found})" + ("; a minute or two, this once." if anew else "."))
     if leftovers:
         report.say(f"Ended {leftovers} processes of an interrupted set-up.")
     if anew and places.venv.exists():

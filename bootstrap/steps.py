@@ -75,8 +75,9 @@ def _pip(places: Places, report: Report, *arguments: str | Path) -> None:
         nonlocal collected
         if line.startswith("Collecting "):
             collected += 1
-        doing = "installing" if line.startswith("Installing collected") else f"{collected} packages looked up"
-        report.update(doing if collected else "")
+            report.update(f"{collected} packages looked up")
+        else:
+            report.update("unpacking" if line.startswith("Installing collected packages") else "")
 
     run_tool([places.python, "-m", "pip", *INSTALL, *arguments], places, advice=NETWORK_ADVICE, on_line=on_line)
 
