@@ -3,7 +3,7 @@
 FROM ubuntu:24.04
 
 RUN apt-get update \
-    && apt-get install -y --no-install-recommends ca-certificates cmake g++ git python3 python3-dev python3-venv \
+    && apt-get install -y --no-install-recommends ca-certificates cmake g++ python3 python3-dev python3-venv \
     && rm -rf /var/lib/apt/lists/*
 
 WORKDIR /tethernet

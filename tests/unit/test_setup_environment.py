@@ -19,7 +19,6 @@ from bootstrap.lock import MARK
 from bootstrap.places import ROOT
 from bootstrap.report import Report
 from bootstrap.state import load
-
 from tests.unit.setup_steps import NAMES, done, places_in, steps
 
 
