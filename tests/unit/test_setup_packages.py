@@ -54,7 +54,7 @@ def test_what_is_installed_is_what_the_lock_says():
     wrong = {
         normal(found.metadata["Name"]): found.version
         for found in importlib.metadata.distributions()
-        # The ROS wheels carry more metadata folders, without INSTALLER; the project's own packages are not of the index.
+        # The ROS wheels carry more metadata folders, without INSTALLER; the own packages are of no index.
         if found.read_text("INSTALLER")
         and not found.metadata["Name"].startswith("tethernet")
         and lock.get(normal(found.metadata["Name"])) != found.version
