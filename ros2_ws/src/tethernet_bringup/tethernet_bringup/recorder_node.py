@@ -32,6 +32,7 @@ from rclpy.callback_groups import CallbackGroup
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
+from rclpy.subscription import Subscription
 from rclpy.utilities import remove_ros_args
 
 from tethernet_control.parameters import ParameterError
@@ -115,6 +116,7 @@ class Recorder(Node):
             chunk_bytes=self.settings.chunk_bytes,
             zstd_level=self.settings.zstd_level,
         )
+        self._unheard: list[Subscription] = []
         group = _NeverGroup()
         for source in self._sources:
             subscription = self.create_subscription(
@@ -126,8 +128,16 @@ class Recorder(Node):
                 raw=True,
             )
             source.take = subscription.handle.take_message
+            self._unheard.append(subscription)
         self._write_report("recording")
         self.get_logger().info(f"recording {len(self._sources)} topics to {self._bag.folder}")
+
+    def note_publishers(self) -> None:
+        """Tell once when every topic has a publisher that the recorder hears: from then on nothing is missed."""
+        if self._unheard:
+            self._unheard = [subscription for subscription in self._unheard if not subscription.get_publisher_count()]
+            if not self._unheard:
+                self.get_logger().info("all topics have a publisher")
 
     def take(self) -> int:
         """Take what is in the queues; returns the number of messages.
@@ -282,6 +292,7 @@ def _record(recorder: Recorder, signals: list[int]) -> None:
     idle_since = stop_at = None
     while len(signals) < 2:
         took = recorder.take()
+        recorder.note_publishers()
         now = time.monotonic()
         if now >= next_flush:
             recorder.flush()
