@@ -21,7 +21,7 @@ setup(
     entry_points={
         "console_scripts": [
             "controller = tethernet_control.controller_node:main",
-            "example_driver = tethernet_control.example_driver:main",
+            "check_driver = tethernet_control.check_driver:main",
         ],
     },
 )

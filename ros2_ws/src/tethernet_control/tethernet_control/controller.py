@@ -40,8 +40,8 @@ class Account:
 class MuController:
     """Flies one MU: follows the mission's phases, tracks the trajectory, keeps the fuel account.
 
-    It knows nothing of where odometry comes from. Time is the odometry's stamp; the only use of another clock is the watchdog, whose
-    caller decides when odometry is late.
+    It knows nothing of where odometry comes from. Time is the odometry's stamp; the only use of another clock is the
+    watchdog, whose caller decides when odometry is late.
     """
 
     def __init__(self, mu: int, parameters: ControlParameters):
@@ -89,7 +89,8 @@ class MuController:
             velocity: measured, x y z [m/s], frame launch.
 
         Returns:
-            The thrust [N] until the next sample, or None when the sample was dropped (not finite, or not newer than the last one).
+            The thrust [N] until the next sample, or None when the sample was dropped (not finite, or not newer than
+            the last one).
         """
         total = 0.0
         for value in (*position, *velocity):
@@ -111,8 +112,8 @@ class MuController:
         """
         if self.mode not in (Mode.DEPLOYING, Mode.CLOSING):
             return False
-        # The held thrust stays on the account: the next sample's stamp will tell how long it acted. In lock-step a slow machine
-        # may trip this watchdog although no time has passed at all.
+        # The held thrust stays on the account: the next sample's stamp will tell how long it acted. In lock-step a
+        # slow machine may trip this watchdog although no time has passed at all.
         self.mode = Mode.NO_ODOMETRY
         return True
 

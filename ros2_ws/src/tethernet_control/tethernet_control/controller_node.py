@@ -28,12 +28,12 @@ from .ros.conversions import (
     MessageError,
     coordinates,
     mission_from,
-    odometry_values,
     point_message,
     set_stamp,
 )
 from .ros.parameters import NODE_OPTIONS, declare
 from .ros.qos import CONTROL, STATE
+from .ros.serialized_odometry import serialized_odometry_values
 from .settings import ControlParameters
 
 FALLBACK = "nominal (fallback)"
@@ -57,10 +57,10 @@ class ControllerNode(Node):
 
     def __init__(self, name: str = "mu_controller"):
         super().__init__(name, **NODE_OPTIONS)
-        identity, self._parameters = declare(self, *self.PARAMETERS)
+        identity, self._settings = declare(self, *self.PARAMETERS)
         self._mu = identity.mu
-        self._controller = MuController(identity.mu, self._parameters)
-        self._period_s = self._parameters.control_period_s
+        self._controller = MuController(identity.mu, self._settings)
+        self._period_s = self._settings.control_period_s
         self._echo = 0
         self._told: tuple = ()
         self._answered = 0
@@ -76,14 +76,14 @@ class ControllerNode(Node):
         self._status_publisher = self.create_publisher(MuStatus, topics.mu_status(self._mu), STATE)
         self._planner = self.create_client(PlanAimingPoints, topics.PLAN_AIMING_POINTS)
         self.create_subscription(MissionState, topics.MISSION_STATE, self._on_mission, STATE)
-        self.create_subscription(Odometry, topics.mu_odometry(self._mu), self._on_odometry, CONTROL)
+        self.create_subscription(Odometry, topics.mu_odometry(self._mu), self._on_odometry, CONTROL, raw=True)
         self.create_timer(self._period_s, self._on_wall_period, clock=Clock(clock_type=ClockType.STEADY_TIME))
         self._publish_status()
 
-    def _on_odometry(self, message: Odometry) -> None:
+    def _on_odometry(self, data: bytes) -> None:
         controller = self._controller
         try:
-            stamp_ns, position, velocity = odometry_values(message)
+            stamp_ns, position, velocity = serialized_odometry_values(data)
         except MessageError as error:
             controller.account.rejected_odometry += 1
             self._complain(f"{error}; dropped")
@@ -93,13 +93,13 @@ class ControllerNode(Node):
             self._complain(f"odometry dropped: not finite, or its stamp {stamp_ns} ns is not newer than the last one")
             return
         self._newest_odometry_s = time.monotonic()
-        self._publish_thrust(message.header.stamp, thrust)
+        self._publish_thrust(stamp_ns, thrust)
         self._answered += 1
-        if self._answered % self._parameters.status_every == 0 or self._news() != self._told:
+        if self._answered % self._settings.status_every == 0 or self._news() != self._told:
             self._publish_status()
 
-    def _publish_thrust(self, stamp, thrust) -> None:
-        self._thrust.header.stamp = stamp
+    def _publish_thrust(self, stamp_ns: int, thrust) -> None:
+        set_stamp(self._thrust.header.stamp, stamp_ns)
         force = self._thrust.wrench.force
         force.x, force.y, force.z = thrust
         self._thrust_publisher.publish(self._thrust)
@@ -132,13 +132,13 @@ class ControllerNode(Node):
         if not needs_plan:
             self._confirm()
         elif self._plan_deadline_s == math.inf:
-            self._plan_deadline_s = time.monotonic() + self._parameters.plan_timeout_s
+            self._plan_deadline_s = time.monotonic() + self._settings.plan_timeout_s
             self._ask_planner()
 
     def _ask_planner(self) -> None:
         """Send the request as soon as the service is there; give up at the deadline."""
         if time.monotonic() >= self._plan_deadline_s:
-            self._fall_back(f"no answer from {topics.PLAN_AIMING_POINTS} within {self._parameters.plan_timeout_s:g} s")
+            self._fall_back(f"no answer from {topics.PLAN_AIMING_POINTS} within {self._settings.plan_timeout_s:g} s")
         elif not self._plan_asked and self._planner.service_is_ready():
             mission = self._controller.mission
             self._plan_asked = True
@@ -182,11 +182,11 @@ class ControllerNode(Node):
         if self._plan_deadline_s < math.inf:
             self._ask_planner()
         if (
-            now - self._newest_odometry_s > self._parameters.watchdog_periods * self._period_s
+            now - self._newest_odometry_s > self._settings.watchdog_periods * self._period_s
             and self._controller.odometry_lost()
         ):
             self.get_logger().warning(
-                f"no odometry for {self._parameters.watchdog_periods} control periods: zero thrust until it comes back"
+                f"no odometry for {self._settings.watchdog_periods} control periods: zero thrust until it comes back"
             )
             self._zero_now()
             self._publish_status()
@@ -197,8 +197,7 @@ class ControllerNode(Node):
         That was answered already: in a lock-step that merely halts, the simulator keeps the first answer.
         """
         if self._controller.stamp_ns is not None:
-            set_stamp(self._thrust.header.stamp, self._controller.stamp_ns)
-            self._publish_thrust(self._thrust.header.stamp, ZERO)
+            self._publish_thrust(self._controller.stamp_ns, ZERO)
 
     def _news(self) -> tuple:
         """What is reported at once when it changes."""

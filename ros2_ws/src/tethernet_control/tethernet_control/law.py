@@ -1,9 +1,9 @@
 """The control law of one MU: trajectory, PID, fuel. Scalar arithmetic only, on purpose.
 
-The functions run as plain Python in a controller node and are compiled (without fast-math) by the batch engine; both give
-the same bits, because only + - * /, square roots and comparisons of doubles occur, in the same order. Arguments named as vectors are
-sequences of three floats; outputs are written in place. Nothing here may call another function of the project, so that
-each can be compiled by itself.
+The functions run as plain Python in a controller node and are compiled (without fast-math) by the batch engine; both
+give the same bits, because only + - * /, square roots and comparisons of doubles occur, in the same order. Arguments
+named as vectors are sequences of three floats; outputs are written in place. Nothing here may call another function of
+the project, so that each can be compiled by itself.
 """
 
 from __future__ import annotations
@@ -14,8 +14,8 @@ import math
 def desired_position(elapsed, deployment_time, closing_elapsed, closing_duration, start, aim, close, desired):
     """Where an MU shall be, written to ``desired`` [m].
 
-    Deployment is the straight line of the paper's Eq. 1, held at its end [A: the paper is silent after t_final]. Closing is a straight
-    line from where deployment's line stood when closing began, so that the reference never jumps.
+    Deployment is the straight line of the paper's Eq. 1, held at its end [A: the paper is silent after t_final].
+    Closing is a straight line from where deployment's line stood when closing began, so that the reference never jumps.
 
     Args:
         elapsed: time since launch [s].
@@ -40,7 +40,8 @@ def desired_position(elapsed, deployment_time, closing_elapsed, closing_duration
 def pid_thrust(position, velocity, desired, integral, period, kp, ki, kd, limit, thrust):
     """The paper's PID (Eq. 2), limited per axis; written to ``thrust`` [N].
 
-    F = Kp e - Kd v + Ki integral(e), e = desired - position; the derivative acts on the velocity itself. No anti-windup.
+    F = Kp e - Kd v + Ki integral(e), e = desired - position; the derivative acts on the velocity itself. No
+    anti-windup.
 
     Args:
         position: measured [m].

@@ -1,4 +1,5 @@
-"""Typed, described, range-checked parameters: one frozen dataclass per subsystem, its values in one ROS 2 parameter file.
+"""Typed, described, range-checked parameters: one frozen dataclass per subsystem, its values in one ROS 2 parameter
+file.
 
 The YAML file next to a package holds the numbers, the dataclass holds type, unit, allowed range and reason. The same
 dataclass is read from a file here and declared on a node in :mod:`tethernet_control.ros.parameters`.
@@ -95,7 +96,8 @@ def build(cls: type[T], values: Mapping[str, Any]) -> T:
     """Make ``cls`` from a complete mapping of its parameters.
 
     Raises:
-        ParameterError: naming the key and what is allowed, for an unknown or missing key, a wrong type, a value out of range.
+        ParameterError: naming the key and what is allowed, for an unknown or missing key, a wrong type, a value out
+            of range.
     """
     kinds = field_types(cls)
     fields = {f.name: f for f in dataclasses.fields(cls)}

@@ -106,8 +106,10 @@ class AssessorNode(Node):
         except MessageError as error:
             self._drop("debris odometry", str(error))
             return
-        if stamp_ns <= self._debris_ns:
-            self._drop("debris odometry", "its stamp is not newer than the last one")
+        if stamp_ns == self._debris_ns:
+            return  # latched and told again
+        if stamp_ns < self._debris_ns:
+            self._drop("debris odometry", "its stamp is older than the last one")
             return
         self._debris_ns = stamp_ns
         if finite(*position):

@@ -49,18 +49,18 @@ class PlannerNode(Node):
 
     def __init__(self):
         super().__init__("planner", **NODE_OPTIONS)
-        self._parameters, control, self._rules = declare(self, *self.PARAMETERS)
+        self._settings, control, self._rules = declare(self, *self.PARAMETERS)
         try:
-            policies.check(self._parameters.policy)
+            policies.check(self._settings.policy)
         except policies.PolicyError as error:
             raise ParameterError(f"PlannerParameters.policy: {error}") from error
-        mu_count = self._parameters.mu_count
+        mu_count = self._settings.mu_count
         self._state_publisher = self.create_publisher(MissionState, topics.MISSION_STATE, STATE)
         self._beat_publisher = self.create_publisher(Header, topics.PLANNER_HEARTBEAT, CONTROL)
         self._diagnostics_publisher = self.create_publisher(DiagnosticArray, topics.DIAGNOSTICS, BULK)
         self._sequencer = MissionSequencer(mu_count, self._rules, control, self._publish_state, self._publish_beat)
         self._beat = Header(frame_id=topics.FRAME)
-        self._debris: tuple[float, float, float] | None = tuple(self._parameters.debris_position) or None
+        self._debris: tuple[float, float, float] | None = tuple(self._settings.debris_position) or None
         self._debris_ns = -1
         self._net = _UNKNOWN
         self._net_ns = -1
@@ -76,7 +76,7 @@ class PlannerNode(Node):
         for mu in range(1, mu_count + 1):
             self.create_subscription(MuStatus, topics.mu_status(mu), self._on_status, STATE)
         self._swarm = None
-        if self._parameters.simulated:
+        if self._settings.simulated:
             self.create_subscription(NetState, topics.NET_STATE, self._on_net, BULK)
         else:
             self._swarm = SwarmCentroid(mu_count, control.watchdog_periods * control.period_ns)
@@ -86,7 +86,7 @@ class PlannerNode(Node):
                 )
         wall = Clock(clock_type=ClockType.STEADY_TIME)
         self.create_timer(_POLL_S, self._on_poll, clock=wall)
-        self.create_timer(self._parameters.diagnostics_period_s, self._on_diagnostics, clock=wall)
+        self.create_timer(self._settings.diagnostics_period_s, self._on_diagnostics, clock=wall)
         self._sequencer.announce()
 
     # What is measured
@@ -111,8 +111,10 @@ class PlannerNode(Node):
         except MessageError as error:
             self._drop("debris odometry", str(error))
             return
-        if stamp_ns <= self._debris_ns:
-            self._drop("debris odometry", "its stamp is not newer than the last one")
+        if stamp_ns == self._debris_ns:
+            return  # latched and told again
+        if stamp_ns < self._debris_ns:
+            self._drop("debris odometry", "its stamp is older than the last one")
             return
         self._debris_ns = stamp_ns
         if finite(*position):
@@ -155,11 +157,9 @@ class PlannerNode(Node):
     def _on_plan(
         self, request: PlanAimingPoints.Request, response: PlanAimingPoints.Response
     ) -> PlanAimingPoints.Response:
-        name = request.policy or self._parameters.policy
+        name = request.policy or self._settings.policy
         try:
-            points = self._plan(
-                name, request.mu_count or self._parameters.mu_count, coordinates(request.debris_position)
-            )
+            points = self._plan(name, request.mu_count or self._settings.mu_count, coordinates(request.debris_position))
         except ValueError as error:
             response.success, response.message = False, str(error)
             return response
@@ -180,7 +180,7 @@ class PlannerNode(Node):
             self.get_logger().error(f"not started: {error}")
         else:
             place = ", ".join(f"{value:g}" for value in self._debris)
-            response.success, response.message = True, f"armed: policy {self._parameters.policy}, debris at ({place}) m"
+            response.success, response.message = True, f"armed: policy {self._settings.policy}, debris at ({place}) m"
             self.get_logger().info(response.message)
         return response
 
@@ -199,9 +199,9 @@ class PlannerNode(Node):
             )
         if self._sequencer.mission.phase == Phase.WAITING:
             # Controllers will ask for it; better to know now that it cannot be had.
-            self._plan(self._parameters.policy, self._parameters.mu_count, self._debris)
+            self._plan(self._settings.policy, self._settings.mu_count, self._debris)
         self._newest_measurement_s = time.monotonic()
-        self._sequencer.start(self._debris, self._parameters.policy)
+        self._sequencer.start(self._debris, self._settings.policy)
 
     def _on_abort(self, _request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         response.success = self._sequencer.abort(f"asked for on {topics.ABORT}")
@@ -218,7 +218,7 @@ class PlannerNode(Node):
     def _on_poll(self) -> None:
         self._sequencer.poll()
         flying = self._sequencer.mission.phase in (Phase.DEPLOYING, Phase.CLOSING)
-        patience_s = self._parameters.silence_timeout_s
+        patience_s = self._settings.silence_timeout_s
         if flying and time.monotonic() - self._newest_measurement_s > patience_s:
             self._sequencer.abort(f"nothing was measured for {patience_s:g} s")
 
@@ -244,7 +244,7 @@ class PlannerNode(Node):
             diagnostics.entry(
                 "planner", level, mission.reason or mission.phase.name,
                 phase=mission.phase.name, sequence=mission.sequence, confirmed=sequencer.confirmed,
-                policy=self._parameters.policy, dropped_measurements=self._dropped,
+                policy=self._settings.policy, dropped_measurements=self._dropped,
                 lost_controllers=mu_names(sequencer.lost) or "none",
             )
         ]  # fmt: skip

@@ -16,6 +16,8 @@ from .topics import FRAME
 _SECOND_NS = 1_000_000_000
 _NORM_TOLERANCE = 1e-3  # [-] a quaternion further from norm 1 is no attitude
 
+Vector = tuple[float, float, float]
+
 
 class MessageError(ValueError):
     """A message breaks the contract of its topic and is not used."""
@@ -48,7 +50,7 @@ def coordinates(point: Point) -> tuple[float, float, float]:
     return (point.x, point.y, point.z)
 
 
-def odometry_values(message: Odometry) -> tuple[int, tuple[float, float, float], tuple[float, float, float]]:
+def odometry_values(message: Odometry) -> tuple[int, Vector, Vector]:
     """What an odometry message says, in frame launch.
 
     The twist of nav_msgs/Odometry is in the child's frame: it is turned into frame launch where the attitude is not
@@ -63,16 +65,30 @@ def odometry_values(message: Odometry) -> tuple[int, tuple[float, float, float],
     Raises:
         MessageError: for another frame or a quaternion that is no attitude.
     """
-    header = message.header
-    if header.frame_id != FRAME:
-        raise MessageError(f"odometry in frame {header.frame_id!r}; allowed: {FRAME!r}")
-    pose, linear = message.pose.pose, message.twist.twist.linear
-    position, attitude = pose.position, pose.orientation
-    velocity = (linear.x, linear.y, linear.z)
-    if attitude.w != 1.0:  # the usual case costs one comparison and keeps the bits
-        velocity = rotate((attitude.x, attitude.y, attitude.z, attitude.w), velocity)
-    stamp = header.stamp
-    return stamp.sec * _SECOND_NS + stamp.nanosec, (position.x, position.y, position.z), velocity
+    header, pose, linear = message.header, message.pose.pose, message.twist.twist.linear
+    attitude = pose.orientation
+    return checked_odometry(
+        header.frame_id,
+        nanoseconds(header.stamp),
+        coordinates(pose.position),
+        (attitude.x, attitude.y, attitude.z, attitude.w),
+        (linear.x, linear.y, linear.z),
+    )
+
+
+def checked_odometry(
+    frame: str, stamp_ns: int, position: Vector, attitude: tuple[float, float, float, float], velocity: Vector
+) -> tuple[int, Vector, Vector]:
+    """The rules of :func:`odometry_values`, on the message's parts.
+
+    Raises:
+        MessageError: likewise.
+    """
+    if frame != FRAME:
+        raise MessageError(f"odometry in frame {frame!r}; allowed: {FRAME!r}")
+    if attitude[3] != 1.0:  # the usual case costs one comparison and keeps the bits
+        velocity = rotate(attitude, velocity)
+    return stamp_ns, position, velocity
 
 
 def rotate(

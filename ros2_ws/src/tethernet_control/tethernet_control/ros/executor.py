@@ -23,6 +23,8 @@ from rclpy.utilities import remove_ros_args
 
 from tethernet_control.parameters import ParameterError
 
+from .connections import serve_connections
+
 EXECUTOR_VARIABLE = "TETHERNET_EXECUTOR"
 """Environment variable that chooses the executor: ``events`` (default) or ``single``."""
 
@@ -30,6 +32,8 @@ STOPPED, FAULT, USAGE = 0, 1, 2
 """Exit statuses: stopped on request (signal), stopped by a fault, started with bad parameters or arguments."""
 
 _SPIN_S = 1.0  # [s] the EventsExecutor only fires when spun with a time limit
+
+_stop_asked = False
 
 
 def make_executor():
@@ -55,17 +59,16 @@ def spin(node: Node) -> None:
     """Run the node's callbacks until rclpy shuts down.
 
     Raises:
-        KeyboardInterrupt: on SIGINT.
-        ExternalShutdownException: on SIGTERM.
+        ExternalShutdownException: on a signal.
         Exception: whatever a callback raised.
     """
     executor = make_executor()
     executor.add_node(node)
     if isinstance(executor, SingleThreadedExecutor):
-        while rclpy.ok():
-            executor.spin_once()
+        while rclpy.ok() and not _stop_asked:
+            executor.spin_once(timeout_sec=_SPIN_S)
     else:
-        while rclpy.ok():
+        while rclpy.ok() and not _stop_asked:
             executor.spin_until_future_complete(Future(), timeout_sec=_SPIN_S)
 
 
@@ -84,12 +87,17 @@ def run(make_node: Callable[[], Node], args: list[str] | None = None) -> int:
     program = Path(args[0]).stem if args else "node"
     node, initialised = None, False
     try:
+        # rclpy shuts down by itself on both signals; Python's own KeyboardInterrupt would come in the middle of a
+        # callback.
+        signal.signal(signal.SIGINT, _ask_to_stop)
+        signal.signal(signal.SIGTERM, _ask_to_stop)
         _refuse_leftovers(args)
         rclpy.init(args=args)
         initialised = True
         node = make_node()
+        serve_connections(node)
         spin(node)
-    except (KeyboardInterrupt, ExternalShutdownException):
+    except ExternalShutdownException:
         return STOPPED
     except ParameterError as error:
         print(f"{program}: {error}", file=sys.stderr, flush=True)
@@ -108,6 +116,11 @@ def run(make_node: Callable[[], Node], args: list[str] | None = None) -> int:
         signal.signal(signal.SIGTERM, signal.SIG_IGN)
         _close(node)
     return STOPPED
+
+
+def _ask_to_stop(_number, _frame) -> None:
+    global _stop_asked
+    _stop_asked = True
 
 
 def _refuse_leftovers(args: list[str]) -> None:

@@ -1,0 +1,178 @@
+"""Checks any driver of an MU against the contract: ``python -m tethernet_control.check_driver --mu 3``.
+
+Run it against the driver alone, with no mission: it stands in for the controller, and with ``--clock sim`` for the
+simulator's clock too. It moves the MU: fasten it, or say ``--no-thrust``. Exit status: 0 all checks passed, 1 some
+failed, 2 bad usage.
+"""
+
+from __future__ import annotations
+
+import argparse
+import math
+import sys
+import time
+
+import rclpy
+from geometry_msgs.msg import WrenchStamped
+from nav_msgs.msg import Odometry
+from rclpy.executors import ExternalShutdownException
+from rclpy.node import Node
+from rosgraph_msgs.msg import Clock
+
+from .driver_contract import Finding, Reaction, Sample, check_reaction, check_samples, table
+from .parameters import load
+from .ros import executor, topics
+from .ros.conversions import coordinates, nanoseconds, set_stamp
+from .ros.qos import CONTROL
+from .settings import ControlParameters
+
+_WATCH, _PUSH, _SILENCE = "watch", "push", "silence"
+_SILENCE_S = 2.0  # [s] long enough for the watchdog and two averages after it
+_FIRST_S = 10.0  # [s] wait for the first odometry
+
+
+class DriverCheck(Node):
+    """Watches the driver, pushes the MU along each axis in turn, and remembers what it saw."""
+
+    def __init__(self, options: argparse.Namespace, control: ControlParameters):
+        super().__init__("check_driver")
+        self.samples: list[Sample] = []
+        self.reactions: list[Reaction] = []
+        self._options, self._control = options, control
+        self._plan = [(_WATCH, options.duration)]
+        if not options.no_thrust:
+            self._plan += [
+                (what, options.push if what == _PUSH else _SILENCE_S) for _ in range(3) for what in (_PUSH, _SILENCE)
+            ]
+        self._phase, self._phase_begin_s = -1, 0.0
+        self._marks: list[int] = []
+        self._begin_s = time.monotonic()
+        self._tick = self._writer_count = self._reader_count = 0
+        self._thrust = WrenchStamped()
+        self._thrust.header.frame_id = topics.FRAME
+        self._thrust_publisher = self.create_publisher(WrenchStamped, topics.mu_thrust(options.mu), CONTROL)
+        self.create_subscription(Odometry, topics.mu_odometry(options.mu), self._on_odometry, CONTROL)
+        self._clock_publisher = self.create_publisher(Clock, topics.CLOCK, CONTROL) if options.clock == "sim" else None
+        self.create_timer(control.control_period_s, self._on_period)
+
+    @property
+    def done(self) -> bool:
+        """True when every phase is over, or the driver never spoke."""
+        silent = not self.samples and time.monotonic() - self._begin_s > _FIRST_S
+        return silent or self._phase >= len(self._plan)
+
+    def _on_period(self) -> None:
+        if self._clock_publisher is not None:
+            message = Clock()
+            set_stamp(message.clock, self._tick * self._control.period_ns)
+            self._clock_publisher.publish(message)
+            self._tick += 1
+
+    def _on_odometry(self, message: Odometry) -> None:
+        pose, twist = message.pose, message.twist
+        attitude = pose.pose.orientation
+        now = time.monotonic()
+        self.samples.append(
+            Sample(
+                now, nanoseconds(message.header.stamp), message.header.frame_id, message.child_frame_id,
+                coordinates(pose.pose.position), (attitude.x, attitude.y, attitude.z, attitude.w),
+                coordinates(twist.twist.linear), _variances(pose.covariance), _variances(twist.covariance),
+            )
+        )  # fmt: skip
+        self._writer_count = max(self._writer_count, self.count_writer_count(topics.mu_odometry(self._options.mu)))
+        self._reader_count = self._thrust_publisher.get_subscription_count()
+        if self._phase < 0 or (
+            self._phase < len(self._plan) and now - self._phase_begin_s >= self._plan[self._phase][1]
+        ):
+            self._phase += 1
+            self._phase_begin_s = now
+            self._marks.append(len(self.samples) - 1)
+        if self._phase < len(self._plan):
+            self._command(message)
+
+    def _command(self, message: Odometry) -> None:
+        """Answer this odometry as a controller would, in the way this phase wants it."""
+        what = self._plan[self._phase][0]
+        if what == _SILENCE:
+            return
+        axis = (self._phase - 1) // 2
+        force = [0.0, 0.0, 0.0]
+        if what == _PUSH:
+            force[axis] = self._options.thrust
+        self._thrust.header.stamp = message.header.stamp
+        target = self._thrust.wrench.force
+        target.x, target.y, target.z = force
+        self._thrust_publisher.publish(self._thrust)
+        if what == _PUSH:
+            # Nonsense after every good command: a driver that lets NaN through shows it at once.
+            target.x = target.y = target.z = math.nan
+            self._thrust_publisher.publish(self._thrust)
+
+    def findings(self) -> list[Finding]:
+        """What the whole run says."""
+        mu = self._options.mu
+        found = [
+            Finding(f"one publisher of {topics.mu_odometry(mu)}", self._writer_count == 1, str(self._writer_count)),
+            Finding(f"{topics.mu_thrust(mu)} is listened to", self._reader_count >= 1, str(self._reader_count)),
+            *check_samples(mu, self.samples, topics.FRAME, self._control),
+        ]
+        for axis in range(3 if not self._options.no_thrust else 0):
+            push = 1 + 2 * axis
+            if len(self._marks) <= push + 1:
+                found.append(Finding(f"thrust along {'xyz'[axis]} is answered", False, "the odometry ended before"))
+                continue
+            begin, silence = self._marks[push], self._marks[push + 1]
+            end = self._marks[push + 2] if len(self._marks) > push + 2 else len(self.samples)
+            reaction = Reaction(
+                axis, self._options.thrust, self.samples[:begin], self.samples[begin:silence], self.samples[silence:end]
+            )
+            found += check_reaction(reaction, self._options.mass, self._control)
+        return found
+
+
+def _variances(covariance) -> tuple[float, float, float]:
+    return tuple(float(covariance[7 * axis]) for axis in range(3))
+
+
+def _arguments(args: list[str] | None) -> argparse.Namespace:
+    control = load(ControlParameters)
+    parser = argparse.ArgumentParser(prog="check_driver", description="Check a driver of an MU against the contract.")
+    parser.add_argument("--mu", type=int, required=True, choices=range(1, 9), help="number of the MU")
+    parser.add_argument("--duration", type=float, default=5.0, help="[s] to watch before the MU is moved, default 5")
+    parser.add_argument("--clock", choices=("own", "sim"), default="own", help="sim: give the driver /clock at 20 Hz")
+    parser.add_argument("--thrust", type=float, default=1.0, help="[N] to push with, default 1")
+    parser.add_argument("--push", type=float, default=1.0, help="[s] to push along each axis, default 1")
+    parser.add_argument("--mass", type=float, default=2.5, help="[kg] of the MU, default 2.5")
+    parser.add_argument("--no-thrust", action="store_true", help="only watch; nothing moves")
+    options = parser.parse_args(args)
+    if not 0.0 < abs(options.thrust) <= control.thrust_limit_n:
+        parser.error(f"--thrust {options.thrust:g}: allowed: up to {control.thrust_limit_n:g} N, not 0")
+    for name in ("duration", "push", "mass"):
+        if not getattr(options, name) > 0.0:
+            parser.error(f"--{name} {getattr(options, name):g}: allowed: more than 0")
+    return options
+
+
+def main(args: list[str] | None = None) -> int:
+    """Run the checks and print the table."""
+    options = _arguments(args)
+    rclpy.init(args=[])
+    node = DriverCheck(options, load(ControlParameters))
+    runner = executor.make_executor()
+    runner.add_node(node)
+    try:
+        while not node.done:
+            runner.spin_once(timeout_sec=0.1)
+    except (KeyboardInterrupt, ExternalShutdownException):
+        print("stopped before the end; what was seen until then:", file=sys.stderr)
+    findings = node.findings()
+    node.destroy_node()
+    rclpy.try_shutdown()
+    failed = sum(not finding.passed for finding in findings)
+    print(table(findings))
+    print(f"{len(findings) - failed} of {len(findings)} checks passed for the driver of MU {options.mu}")
+    return 1 if failed else 0
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())

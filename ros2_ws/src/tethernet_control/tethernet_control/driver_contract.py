@@ -1,0 +1,178 @@
+"""What a driver of an MU must keep, as checks on what was seen of it; without ROS. The text: the package README."""
+
+from __future__ import annotations
+
+import math
+import statistics
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+
+from .settings import ControlParameters
+
+_RATE_TOLERANCE = 0.1  # [-] of the rate
+_REACTION_TOLERANCE = 0.25  # [-] of the change of velocity
+_NORM_TOLERANCE = 1e-3  # [-] of a quaternion
+_AVERAGED = 10
+"""Samples averaged for one velocity, so that sensor noise does not decide."""
+
+
+@dataclass(frozen=True)
+class Sample:
+    """One odometry message of the driver."""
+
+    arrival_s: float
+    """Wall time of arrival [s]."""
+    stamp_ns: int
+    frame: str
+    child_frame: str
+    position: tuple[float, float, float]
+    """[m]."""
+    attitude: tuple[float, float, float, float]
+    """Quaternion x y z w."""
+    velocity: tuple[float, float, float]
+    """[m/s], child frame."""
+    pose_variances: tuple[float, float, float]
+    """Diagonal of the position's covariance [m^2]."""
+    twist_variances: tuple[float, float, float]
+    """Diagonal of the velocity's covariance [m^2/s^2]."""
+
+
+@dataclass(frozen=True)
+class Finding:
+    """One line of the table."""
+
+    requirement: str
+    passed: bool
+    seen: str
+
+
+def check_samples(mu: int, samples: Sequence[Sample], frame: str, control: ControlParameters) -> list[Finding]:
+    """Everything that can be said without moving the MU.
+
+    Args:
+        mu: number of the MU.
+        samples: in the order of their arrival.
+        frame: the frame the odometry must be in.
+        control: gives the control period.
+    """
+    if len(samples) < 2:
+        return [Finding(f"odometry arrives on /mu{mu}/odom", False, f"{len(samples)} messages")]
+    first, last = samples[0], samples[-1]
+    wanted_hz = 1.0 / control.control_period_s
+    arrived_hz = (len(samples) - 1) / max(last.arrival_s - first.arrival_s, 1e-9)
+    steps = [later.stamp_ns - earlier.stamp_ns for earlier, later in pairwise(samples)]
+    monotone = min(steps) > 0
+    stamped_hz = (len(samples) - 1) * 1e9 / (last.stamp_ns - first.stamp_ns) if monotone else math.nan
+    longest_s = max(steps) * 1e-9
+    broken = [s for s in samples if not all(map(math.isfinite, (*s.position, *s.velocity, *s.attitude)))]
+    norms = [math.sqrt(sum(q * q for q in s.attitude)) for s in samples]
+    worst_norm = max(norms, key=lambda norm: abs(norm - 1.0))
+    variances = [v for s in samples for v in (*s.pose_variances, *s.twist_variances)]
+    frames, children = {s.frame for s in samples}, {s.child_frame for s in samples}
+    return [
+        Finding(
+            f"rate on the wall clock {wanted_hz:g} Hz within {_RATE_TOLERANCE:.0%}",
+            _near(arrived_hz, wanted_hz, _RATE_TOLERANCE),
+            f"{arrived_hz:.2f} Hz",
+        ),
+        Finding(
+            f"rate by the stamps {wanted_hz:g} Hz within {_RATE_TOLERANCE:.0%}",
+            _near(stamped_hz, wanted_hz, _RATE_TOLERANCE),
+            f"{stamped_hz:.2f} Hz",
+        ),
+        Finding("stamps grow from message to message", monotone, f"smallest step {min(steps) * 1e-6:.1f} ms"),
+        Finding(
+            f"no gap of {control.watchdog_periods} periods or more",
+            longest_s < control.watchdog_periods * control.control_period_s,
+            f"longest step {longest_s * 1e3:.0f} ms",
+        ),
+        Finding(f"header.frame_id is {frame!r}", frames == {frame}, ", ".join(map(repr, sorted(frames)))),
+        Finding(f"child_frame_id is 'mu{mu}'", children == {f"mu{mu}"}, ", ".join(map(repr, sorted(children)))),
+        Finding("all numbers finite", not broken, f"{len(broken)} of {len(samples)} messages are not"),
+        Finding("attitude is a unit quaternion", _near(worst_norm, 1.0, _NORM_TOLERANCE), f"norm {worst_norm:.6g}"),
+        Finding(
+            "variances of position and velocity filled",
+            all(math.isfinite(v) and v > 0.0 for v in variances),
+            f"{min(variances):.3g} to {max(variances):.3g}",
+        ),
+    ]
+
+
+@dataclass(frozen=True)
+class Reaction:
+    """The test of one axis: push, push back while saying nonsense, let go."""
+
+    axis: int
+    """0, 1, 2 for x, y, z."""
+    thrust_n: float
+    """Commanded [N]."""
+    before: Sequence[Sample]
+    """Before the push."""
+    pushed: Sequence[Sample]
+    """While the thrust was commanded: the first answer to the last."""
+    silent: Sequence[Sample]
+    """After the last command: nothing more was said."""
+
+
+def check_reaction(reaction: Reaction, mass_kg: float, control: ControlParameters) -> list[Finding]:
+    """Whether thrust moves the MU as it should, and stops when nobody commands any more.
+
+    Args:
+        reaction: what was seen.
+        mass_kg: of the MU.
+        control: gives period and watchdog.
+    """
+    name = "xyz"[reaction.axis]
+    if len(reaction.pushed) < 2 or len(reaction.silent) < _AVERAGED or not reaction.before:
+        return [Finding(f"thrust along {name} is answered", False, "too few messages to tell")]
+    acceleration = reaction.thrust_n / mass_kg
+    start = _velocity(reaction.before[-_AVERAGED:], reaction.axis)
+    settled = _velocity(reaction.silent[-_AVERAGED:], reaction.axis)
+    # The last command acts until the watchdog lets go of it.
+    pushed_s = (reaction.pushed[-1].stamp_ns - reaction.pushed[0].stamp_ns) * 1e-9
+    held_s = control.watchdog_periods * control.control_period_s
+    expected = acceleration * (pushed_s + held_s)
+    slack = _REACTION_TOLERANCE * abs(expected) + abs(acceleration) * 2 * control.control_period_s
+    half = len(reaction.silent) // 2
+    early = _velocity(reaction.silent[half : half + _AVERAGED], reaction.axis)
+    noise = 4.0 * max(
+        math.sqrt(statistics.fmean(s.twist_variances[reaction.axis] for s in reaction.silent)) / math.sqrt(_AVERAGED),
+        1e-6,
+    )
+    others = [
+        abs(_velocity(reaction.silent[-_AVERAGED:], axis) - _velocity(reaction.before[-_AVERAGED:], axis))
+        for axis in range(3)
+        if axis != reaction.axis
+    ]
+    return [
+        Finding(
+            f"{reaction.thrust_n:g} N along {name} for {pushed_s:.2f} s, then silence: {expected:.2f} m/s faster",
+            abs(settled - start - expected) <= slack,
+            f"{settled - start:.2f} m/s",
+        ),
+        Finding(
+            f"silence for more than {control.watchdog_periods} periods: thrust along {name} is zero",
+            abs(settled - early) <= noise + 0.05 * abs(expected),
+            f"velocity still changes by {settled - early:.3f} m/s",
+        ),
+        Finding(
+            f"thrust along {name} moves nothing else",
+            max(others) <= noise + 0.1 * abs(expected),
+            f"{max(others):.3f} m/s along another axis",
+        ),
+    ]
+
+
+def table(findings: Sequence[Finding]) -> str:
+    """The findings as text, one line each."""
+    width = max(len(finding.requirement) for finding in findings)
+    return "\n".join(f"{'pass' if f.passed else 'FAIL'}  {f.requirement:<{width}}  {f.seen}" for f in findings)
+
+
+def _velocity(samples: Sequence[Sample], axis: int) -> float:
+    return statistics.fmean(sample.velocity[axis] for sample in samples)
+
+
+def _near(value: float, wanted: float, tolerance: float) -> bool:
+    return abs(value - wanted) <= tolerance * wanted

@@ -1,0 +1,166 @@
+"""Tools of the tests that talk over DDS: a probe that waits for events, processes whose exit status is checked."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections import defaultdict
+from collections.abc import Callable
+from pathlib import Path
+
+import rclpy
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.qos import QoSProfile
+
+PATIENCE_S = 30.0
+"""Limit of every wait; reached only when something is broken."""
+
+
+class Probe:
+    """A node that publishes, listens and waits for events, in a context of its own."""
+
+    def __init__(self, domain_id: int, name: str = "probe"):
+        self.context = rclpy.Context()
+        rclpy.init(context=self.context, domain_id=domain_id)
+        self.node = rclpy.create_node(name, context=self.context)
+        self.executor = SingleThreadedExecutor(context=self.context)
+        self.executor.add_node(self.node)
+        self.received: dict[str, list] = defaultdict(list)
+        self._publishers: dict[str, object] = {}
+
+    def listen(self, topic: str, kind: type, qos: QoSProfile, callback: Callable | None = None) -> list:
+        """Collect a topic's messages; returns the list that they go to."""
+
+        def take(message) -> None:
+            self.received[topic].append(message)
+            if callback is not None:
+                callback(message)
+
+        self.node.create_subscription(kind, topic, take, qos)
+        return self.received[topic]
+
+    def publish(self, topic: str, message, qos: QoSProfile, readers: int = 1) -> None:
+        """Publish once ``readers`` subscriptions are matched."""
+        if topic not in self._publishers:
+            self._publishers[topic] = self.node.create_publisher(type(message), topic, qos)
+        publisher = self._publishers[topic]
+        self.wait_for(lambda: publisher.get_subscription_count() >= readers, f"{readers} reader(s) of {topic}")
+        publisher.publish(message)
+
+    def matched(self, topic: str, writers: int = 1) -> None:
+        """Wait until ``writers`` publishers of a topic that is listened to are known."""
+        self.wait_for(lambda: self.node.count_publishers(topic) >= writers, f"{writers} writer(s) of {topic}")
+
+    def wait_for(self, condition: Callable[[], bool], what: str, timeout_s: float = PATIENCE_S) -> None:
+        """Take messages until the condition holds.
+
+        Raises:
+            TimeoutError: naming what did not happen.
+        """
+        deadline = time.monotonic() + timeout_s
+        while not condition():
+            if time.monotonic() > deadline:
+                raise TimeoutError(f"{what}: did not happen within {timeout_s:g} s")
+            self.executor.spin_once(timeout_sec=0.02)
+
+    def spin_for(self, duration_s: float) -> None:
+        """Take messages for a while: only to show that something does not happen."""
+        deadline = time.monotonic() + duration_s
+        while (left := deadline - time.monotonic()) > 0.0:
+            self.executor.spin_once(timeout_sec=left)
+
+    def call(self, name: str, kind: type, request=None):
+        """Call a service; returns its response."""
+        client = self.node.create_client(kind, name)
+        self.wait_for(client.service_is_ready, f"service {name}")
+        future = client.call_async(request or kind.Request())
+        self.wait_for(future.done, f"answer of {name}")
+        self.node.destroy_client(client)
+        return future.result()
+
+    def close(self) -> None:
+        self.executor.shutdown()
+        self.node.destroy_node()
+        self.context.try_shutdown()
+
+
+class Process:
+    """A child process with its output in a file."""
+
+    def __init__(self, name: str, command: list[str], folder: Path, environment: dict[str, str]):
+        self.name, self.log = name, folder / f"{name}.log"
+        with open(self.log, "wb") as log:
+            self._popen = subprocess.Popen(
+                command, stdout=log, stderr=subprocess.STDOUT, env=environment, start_new_session=True
+            )
+        self.expected: set[int] = {0}
+
+    @property
+    def output(self) -> str:
+        return self.log.read_text(encoding="utf-8", errors="replace")
+
+    @property
+    def running(self) -> bool:
+        return self._popen.poll() is None
+
+    def send(self, number: signal.Signals) -> None:
+        if self.running:
+            self._popen.send_signal(number)
+
+    def wait(self, timeout_s: float = PATIENCE_S) -> int:
+        """The exit status; a process that does not end is killed and fails the test."""
+        try:
+            return self._popen.wait(timeout_s)
+        except subprocess.TimeoutExpired:
+            self._popen.kill()
+            self._popen.wait()
+            raise AssertionError(f"{self.name} did not end within {timeout_s:g} s:\n{self.output}") from None
+
+    def kill(self) -> None:
+        """End it the hard way; that is then the expected end."""
+        self.expected = {-signal.SIGKILL}
+        self._popen.kill()
+        self._popen.wait()
+
+
+class Processes:
+    """Starts processes for one test, stops them with SIGINT at its end and checks how every one of them ended."""
+
+    def __init__(self, folder: Path):
+        self._folder = folder
+        self._all: list[Process] = []
+
+    def start(self, name: str, *command: str, expected: int = 0, **environment: str) -> Process:
+        """Start a Python program: ``start("planner", "-m", "tethernet_planner.planner_node", "--ros-args", ...)``.
+
+        Args:
+            name: of its log file.
+            command: arguments of the interpreter.
+            expected: the exit status it must end with.
+            environment: variables set on top of the test's own.
+        """
+        full = {**os.environ, "ROS_LOG_DIR": str(self._folder), "PYTHONUNBUFFERED": "1", **environment}
+        process = Process(name, [sys.executable, *command], self._folder, full)
+        process.expected = {expected}
+        self._all.append(process)
+        return process
+
+    def node(self, module: str, *parameters: str, name: str = "", **options) -> Process:
+        """Start a node's module with parameters as ``"mu:=3"``."""
+        arguments = [word for parameter in parameters for word in ("-p", parameter)]
+        ros = ["--ros-args", *arguments] if arguments else []
+        return self.start(name or module.rpartition(".")[2], "-m", module, *ros, **options)
+
+    def stop(self) -> None:
+        """Stop all and check their exit statuses and that no traceback was printed."""
+        for process in self._all:
+            process.send(signal.SIGINT)
+        wrong = []
+        for process in self._all:
+            status = process.wait()
+            if status not in process.expected or "Traceback" in process.output:
+                wrong.append(f"{process.name} ended with {status}, expected {process.expected}:\n{process.output}")
+        assert not wrong, "\n\n".join(wrong)
