@@ -13,6 +13,8 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 
+FLYING = r"[2-9]\.\d s  DEPLOYING"
+"""A line of progress some seconds after launch."""
 DEADLINE_S = 90.0
 STOP_S = 6.0
 """What the command promises: all processes end within this time after Ctrl-C."""
@@ -96,20 +98,20 @@ class MissionCommand:
                 assert time.monotonic() < deadline, f"waited {DEADLINE_S:g} s for {what}; printed so far:\n{self.text}"
                 self._news.wait(0.05)
 
-    def wait_for(self, text: str) -> None:
-        """Wait until a line with this text is printed.
+    def wait_for(self, pattern: str) -> None:
+        """Wait until a line that matches this regular expression is printed.
 
         Raises:
             AssertionError: when the command ends before.
         """
 
         def seen() -> bool:
-            if any(text in line for line in self.lines):
+            if any(re.search(pattern, line) for line in self.lines):
                 return True
-            assert self._reader.is_alive(), f"ended without {text!r}:\n{self.text}"
+            assert self._reader.is_alive(), f"ended without {pattern!r}:\n{self.text}"
             return False
 
-        self.wait(seen, repr(text))
+        self.wait(seen, repr(pattern))
 
     def stop(self, number: signal.Signals) -> tuple[int, float]:
         """Send a signal; returns the exit status and the time until all processes were gone [s]."""
@@ -134,12 +136,12 @@ class MissionCommand:
         self.process.stdout.close()
 
 
-def read_bag(run: Path) -> dict[str, list]:
+def read_bag(run: Path, bag: str = "bag") -> dict[str, list]:
     """All messages of a run's bag, decoded, by topic."""
     from rosbags.highlevel import AnyReader
 
     messages: dict[str, list] = {}
-    with AnyReader([run / "bag"]) as reader:
+    with AnyReader([run / bag]) as reader:
         for connection, _, data in reader.messages():
             messages.setdefault(connection.topic, []).append(reader.deserialize(data, connection.msgtype))
     return messages

@@ -4,7 +4,7 @@ import signal
 
 import pytest
 
-from tests.ros.mission_command import STOP_S, MissionCommand, read_bag
+from tests.ros.mission_command import FLYING, STOP_S, MissionCommand, read_bag
 
 pytestmark = pytest.mark.ros
 REALTIME = ("--pace", "realtime")
@@ -25,7 +25,7 @@ def test_interrupt_during_start_up(tmp_path, domain_id, moment):
 
 def test_interrupt_when_the_nodes_are_up(tmp_path, domain_id):
     with MissionCommand(tmp_path, domain_id, "--external-mu", "3", *REALTIME) as mission:
-        mission.wait_for("mu_driver.py --mu 3")
+        mission.wait_for(r"mu_driver\.py --mu 3")
         status, took = mission.stop(signal.SIGINT)
         assert (status, took < STOP_S) == (130, True)
         assert read_bag(mission.run)["/mission/state"]
@@ -34,7 +34,7 @@ def test_interrupt_when_the_nodes_are_up(tmp_path, domain_id):
 @pytest.mark.parametrize(("number", "status"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
 def test_interrupt_in_flight(tmp_path, domain_id, number, status):
     with MissionCommand(tmp_path, domain_id, *REALTIME) as mission:
-        mission.wait_for("DEPLOYING  net to debris")
+        mission.wait_for(FLYING)
         ended, took = mission.stop(number)
         assert ended == status, mission.text
         assert took < STOP_S
@@ -53,7 +53,7 @@ def test_interrupt_in_flight(tmp_path, domain_id, number, status):
 
 def test_nodes_end_and_the_bag_is_closed_when_the_command_is_killed(tmp_path, domain_id):
     with MissionCommand(tmp_path, domain_id, *REALTIME) as mission:
-        mission.wait_for("DEPLOYING  net to debris")
+        mission.wait_for(FLYING)
         status, took = mission.stop(signal.SIGKILL)
         assert status == -signal.SIGKILL
         assert took < 2 * STOP_S

@@ -45,7 +45,7 @@ def _run(options, interrupts: Interrupts, began: float) -> ExitStatus:
     from .outcome import FlightRecord, build, describe, exit_status, write
     from .processes import mission_processes
     from .progress import Display
-    from .recording import count_messages
+    from .recording import complaints, count_messages
     from .run_folder import RunFolderError, make_run_folder
     from .supervisor import Supervisor, mission_environment
 
@@ -85,8 +85,10 @@ def _run(options, interrupts: Interrupts, began: float) -> ExitStatus:
     with Supervisor(folder.logs, environment, setup.supervisor) as supervisor:
         Flight(plan, supervisor, interrupts, record, display, began).fly()
     record.messages = count_messages(folder.bag)
-    if record.launched and not record.messages and not record.faults:
-        record.faults.append(f"nothing was recorded under {folder.bag}")
+    if record.launched and not record.faults:
+        if not record.messages:
+            record.faults.append(f"nothing was recorded under {folder.bag}")
+        record.warnings += complaints(folder.path)
     content = build(record)
     try:
         write(folder.path, content)

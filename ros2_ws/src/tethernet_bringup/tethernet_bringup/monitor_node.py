@@ -130,7 +130,7 @@ class ConnectionCheck:
         clients: of the service of each node.
         """
         self._audiences = audiences
-        self._clients = clients
+        self._services = clients
         self._asked: dict[str, Future] = {}
         self.missing = {node: dict(topics) for node, topics in audiences.items()}
 
@@ -146,8 +146,8 @@ class ConnectionCheck:
                     del self.missing[node]
                     continue
                 asked = None
-            if asked is None and self._clients[node].service_is_ready():
-                self._asked[node] = self._clients[node].call_async(Trigger.Request())
+            if asked is None and self._services[node].service_is_ready():
+                self._asked[node] = self._services[node].call_async(Trigger.Request())
         return not self.missing
 
     def describe(self) -> str:

@@ -6,6 +6,7 @@ Only segments that our own processes held are removed, and only once no living p
 from __future__ import annotations
 
 import fcntl
+import os
 from collections.abc import Iterable
 from pathlib import Path
 
@@ -40,7 +41,9 @@ def clean(names: Iterable[str]) -> list[str]:
     left = {name for name in names if (FOLDER / name).exists()}
     if not left:
         return []
-    left -= held_by(int(entry.name) for entry in Path("/proc").iterdir() if entry.name.isdigit())
+    # This process may still map what belonged to the dead; what it owns itself is locked.
+    others = {int(entry.name) for entry in Path("/proc").iterdir() if entry.name.isdigit()} - {os.getpid()}
+    left -= held_by(others)
     removed = sorted(name for name in left if not _locked(name))
     for name in removed:
         for file in (name, f"{name}_el", f"{name}_sl", f"sem.{name}_mutex"):
