@@ -1,4 +1,6 @@
-"""The mission's phases and the rules that lead from one to the next: used by the planner's node and by the batch engine."""
+"""The mission's phases and the rules that lead from one to the next: used by the planner's node and by the batch
+engine.
+"""
 
 from __future__ import annotations
 
@@ -105,7 +107,8 @@ def triggered(net_position, debris_position, rules: MissionParameters) -> bool:
     """The paper's start-of-closing condition.
 
     Args:
-        net_position: the net's centre of mass, knots without MUs [m] (the MUs' centroid where nothing measures the net).
+        net_position: the net's centre of mass, knots without MUs [m] (the MUs' centroid where nothing measures the
+            net).
         debris_position: the debris' centre of mass [m].
         rules: gives the distance.
     """
@@ -145,7 +148,8 @@ def advance(
             return mission._next(
                 Phase.MISSED,
                 end_ns=stamp_ns,
-                reason=f"the net did not come within {rules.trigger_distance_m:g} m of the debris in {rules.give_up_s:g} s",
+                reason=f"the net did not come within {rules.trigger_distance_m:g} m of the debris "
+                f"in {rules.give_up_s:g} s",
             )
     elif mission.phase == Phase.CLOSING and stamp_ns >= mission.end_ns:
         return mission._next(Phase.COMPLETE)
@@ -166,7 +170,9 @@ def check_debris_position(position, rules: MissionParameters) -> Point:
     )
     for value, (name, low, high) in zip(point, bounds, strict=True):
         if not low <= value <= high:  # also catches NaN
-            raise ValueError(f"debris {name} = {value:g} m is out of bounds; allowed: {low:g} to {high:g} m (frame launch)")
+            raise ValueError(
+                f"debris {name} = {value:g} m is out of bounds; allowed: {low:g} to {high:g} m (frame launch)"
+            )
     return point
 
 

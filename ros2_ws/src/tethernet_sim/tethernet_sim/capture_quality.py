@@ -19,8 +19,8 @@ _CONFIG = Path(__file__).parent / "config"
 class QualityParameters:
     """Numbers of the CQI.
 
-    The paper's V_D = 159.9 m^3 and S_D = 59.9 m^2 look swapped (159.9 m^2 is the cylinder's surface, its volume is 132.6 m^3); the
-    default keeps them, so that the threshold of 2.5 means what it meant there.
+    The paper's V_D = 159.9 m^3 and S_D = 59.9 m^2 look swapped (159.9 m^2 is the cylinder's surface, its volume is
+    132.6 m^3); the default keeps them, so that the threshold of 2.5 means what it meant there.
     """
 
     FILE: ClassVar[Path] = _CONFIG / "quality.yaml"
@@ -94,7 +94,8 @@ def _flat_area(points: np.ndarray) -> float:
 
 
 def mouth_area(mus: np.ndarray) -> float:
-    """Area of the net's mouth [m^2]: of the polygon spanned by the MUs in their order round the mouth, as a vector area.
+    """Area of the net's mouth [m^2]: of the polygon spanned by the MUs in their order round the mouth, as a vector
+    area.
 
     Args:
         mus: positions of the MUs [m], shape (4 or 8, 3), MU 1 first.

@@ -1,4 +1,6 @@
-"""The whole mission in one call, without ROS: the same physics, control, mission rules and capture test as the nodes."""
+"""The whole mission in one call, without ROS: the same physics, control, mission rules and capture test as the
+nodes.
+"""
 
 from __future__ import annotations
 
@@ -166,8 +168,10 @@ class _Flight:
         if stamp_ns == 0:
             self.start[:] = position
         for b in flying:
-            if self.missions[b].closing:
-                self.closing_elapsed[b] = seconds_between(self.missions[b].closing_ns, stamp_ns)
+            mission = self.missions[b]
+            if mission.closing:
+                self.closing_elapsed[b] = seconds_between(mission.closing_ns, stamp_ns)
+                self.off[b] |= stamp_ns >= mission.end_ns
         control_kernels.command(
             flying, position, velocity, seconds_between(0, stamp_ns), self.closing_elapsed, self.off,
             control.deployment_time_s, self.settings.mission.closing_duration_s, control.period_ns * NANOSECOND_S,

@@ -14,7 +14,9 @@ from .settings import PhysicsParameters
 KNOTS = KNOT_ROWS * KNOT_ROWS
 CENTRAL_KNOT = KNOTS // 2
 CLOSING_NODES_PER_SIDE = (0, 7, 15)
-"""Closing nodes of the 4-MU design on each side, counted from one corner; the next corner starts the next side [A; 12 is P]."""
+"""Closing nodes of the 4-MU design on each side, counted from one corner; the next corner starts the next side [A; 12
+is P].
+"""
 
 
 class Numbers(NamedTuple):

@@ -1,4 +1,6 @@
-"""What the MUs measure: true position and velocity plus Gaussian noise (paper: 3 sigma = 0.1 m and 0.1 m/s per axis, 20 Hz)."""
+"""What the MUs measure: true position and velocity plus Gaussian noise (paper: 3 sigma = 0.1 m and 0.1 m/s per axis,
+20 Hz).
+"""
 
 from __future__ import annotations
 

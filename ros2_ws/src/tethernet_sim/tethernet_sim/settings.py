@@ -145,7 +145,7 @@ class ScenarioParameters:
         "Debris' centre of mass, x y z, frame launch", unit="m", low=-1000.0, high=1000.0
     )
     debris_attitude: tuple[float, ...] = parameter(
-        "Unit quaternion x y z w, debris body to launch; default: long axis along (1, 1, 0), the diagonal of the net [A]",
+        "Unit quaternion x y z w, debris body to launch; default: long axis along (1, 1, 0), the net's diagonal [A]",
         low=-1.0,
         high=1.0,
     )
@@ -184,6 +184,7 @@ class ScenarioParameters:
             numbers = {-1}
         if not numbers <= set(range(1, self.mu_count + 1)):
             raise ParameterError(
-                f"ScenarioParameters.external_mus = {self.external_mus!r}; allowed: numbers from 1 to {self.mu_count} separated by spaces"
+                f"ScenarioParameters.external_mus = {self.external_mus!r}; "
+                f"allowed: numbers from 1 to {self.mu_count} separated by spaces"
             )
         return tuple(sorted(numbers))

@@ -13,6 +13,9 @@ from rclpy.clock import ClockType
 from rclpy.node import Node
 from rosgraph_msgs.msg import Clock
 from std_msgs.msg import Header
+from tf2_msgs.msg import TFMessage
+from visualization_msgs.msg import MarkerArray
+
 from tethernet_control import law
 from tethernet_control.mission import Mission, Phase, seconds_between
 from tethernet_control.ros import qos, topics
@@ -28,8 +31,6 @@ from tethernet_control.ros.executor import run
 from tethernet_control.ros.parameters import NODE_OPTIONS, declare
 from tethernet_control.settings import NANOSECOND_S, ControlParameters, MissionParameters
 from tethernet_msgs.msg import MissionState, NetState, SimStatus
-from tf2_msgs.msg import TFMessage
-from visualization_msgs.msg import MarkerArray
 
 from .lockstep import Barrier, ThrustBook
 from .ros.markers import Markers
@@ -106,7 +107,7 @@ class SimNode(Node):
 
     def _make_publishers(self) -> None:
         make = self.create_publisher
-        self._clock = make(Clock, topics.CLOCK, qos.CONTROL)
+        self._clock_out = make(Clock, topics.CLOCK, qos.CONTROL)
         self._odometry = {mu: MuOdometry(mu, self.control) for mu in self.mus if mu not in self.external}
         self._odometry_out = {mu: make(Odometry, topics.mu_odometry(mu), qos.CONTROL) for mu in self._odometry}
         n = self.world.model.numbers
@@ -215,7 +216,7 @@ class SimNode(Node):
         self._opened_at = time.perf_counter()
         clock = Clock()
         set_stamp(clock.clock, stamp_ns)
-        self._clock.publish(clock)
+        self._clock_out.publish(clock)
         noise = self.noise.draw(1)[0]
         measured = np.stack([state.mu_pos[0], state.mu_vel[0]], axis=1) + noise
         for mu, (position, velocity) in zip(self.mus, measured.tolist(), strict=True):

@@ -29,7 +29,9 @@ class State:
     mu_vel: np.ndarray  # (B, M, 3)
     """MU velocities [m/s]."""
     bodies: np.ndarray  # (B, 2, 13)
-    """Debris and chaser: position [m], velocity [m/s], attitude (x y z w, body to launch), angular momentum about the centre of mass [N m s]."""
+    """Debris and chaser: position [m], velocity [m/s], attitude (x y z w, body to launch), angular momentum about the
+    centre of mass [N m s].
+    """
     bristle: np.ndarray  # (B, 529 + M, 3)
     """Tangential displacement of each particle's contact since it stuck, debris body frame [m]."""
     closing: np.ndarray  # (B,) bool

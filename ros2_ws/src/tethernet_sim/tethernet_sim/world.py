@@ -15,8 +15,8 @@ from .state import ATTITUDE, CHASER, DEBRIS, POSITION, State, initial_state, rot
 class World:
     """B scenarios of one design, from the folded net to the closed mouth.
 
-    Not modelled: orbital dynamics (the motion lasts a minute), attitude of the MUs, contact of knots with each other, of threads between
-    their knots with anything, and of anything with the chaser.
+    Not modelled: orbital dynamics (the motion lasts a minute), attitude of the MUs, contact of knots with each other,
+    of threads between their knots with anything, and of anything with the chaser.
     """
 
     def __init__(
@@ -46,7 +46,8 @@ class World:
         self.steps = round(control.control_period_s / physics.time_step_s)
         if abs(self.steps * physics.time_step_s - control.control_period_s) > 1e-9 * control.control_period_s:
             raise ValueError(
-                f"time_step_s = {physics.time_step_s:g} does not divide the control period of {control.control_period_s:g} s"
+                f"time_step_s = {physics.time_step_s:g} does not divide "
+                f"the control period of {control.control_period_s:g} s"
             )
         self.state: State = initial_state(self.model, physics, debris_position, debris_attitude, debris_rate)
         batch = self.state.batch
@@ -110,7 +111,9 @@ class World:
         return self.state.mu_pos[index].astype(np.float32)
 
     def tether(self, index: int) -> tuple[float, float]:
-        """Length of the main tether [m] (paid out; the locked length once closing has begun) and its tension [N], damping left out."""
+        """Length of the main tether [m] (paid out; the locked length once closing has begun) and its tension [N],
+        damping left out.
+        """
         s = self.state
         anchor = self.tether_anchor(index)
         distance = float(np.linalg.norm(anchor - s.knot_pos[index, :, CENTRAL_KNOT]))

@@ -1,4 +1,6 @@
-"""Contact of knots and MUs, as small spheres, with the debris' cylinder: compliant normal force, scaled-box friction."""
+"""Contact of knots and MUs, as small spheres, with the debris' cylinder: compliant normal force, scaled-box
+friction.
+"""
 
 from __future__ import annotations
 
@@ -7,8 +9,8 @@ import math
 from .options import kernel
 
 SPEED_FACTOR, SPEED_MARGIN_M_S = 2.0, 2.0
-"""Until the next search no particle gets faster relative to the debris than this factor times the fastest now, plus this margin: a thread
-that snaps taut can at most reverse a relative velocity."""
+"""Until the next search no particle gets faster relative to the debris than this factor times the fastest now, plus
+this margin: a thread that snaps taut can at most reverse a relative velocity."""
 NEAR_STEPS = 10
 """Steps between two searches while particles are near the debris."""
 FAR_STEPS = 500
@@ -113,7 +115,8 @@ def find_candidates(knot_pos, mu_pos, debris, matrix, numbers, speed, candidates
 
 @kernel
 def box_friction(stuck, sliding, normal_force, friction, stiffness, damping):
-    """Friction in one tangential direction of the scaled-box numbers: spring and damper, limited by mu times the normal force.
+    """Friction in one tangential direction of the scaled-box model: spring and damper, limited by mu times the
+    normal force.
 
     Args:
         stuck: displacement since the contact stuck [m].
@@ -182,8 +185,8 @@ def contact_forces(
         if depth <= 0.0:
             bristles[particle, 0], bristles[particle, 1], bristles[particle, 2] = 0.0, 0.0, 0.0
             continue
-        # Velocity of the particle relative to the debris' material at the particle, in the debris frame. Forces act on both
-        # at the same point, so that angular momentum is conserved exactly.
+        # Velocity of the particle relative to the debris' material at the particle, in the debris frame. Forces act
+        # on both at the same point, so that angular momentum is conserved exactly.
         wx = vx - debris[3] - (rate[1] * dz - rate[2] * dy)
         wy = vy - debris[4] - (rate[2] * dx - rate[0] * dz)
         wz = vz - debris[5] - (rate[0] * dy - rate[1] * dx)

@@ -33,7 +33,9 @@ def angular_rate(body, matrix, across, along, rate):
 
 @kernel
 def kick(body, mass, force, torque, time_step):
-    """Change velocity and angular momentum by one step under ``force`` [N] and ``torque`` [N m] (about the centre of mass)."""
+    """Change velocity and angular momentum by one step under ``force`` [N] and ``torque`` [N m] (about the centre of
+    mass).
+    """
     for axis in range(3):
         body[3 + axis] += time_step / mass * force[axis]
         body[10 + axis] += time_step * torque[axis]

@@ -91,7 +91,8 @@ def advance_scenario(
         external: per MU, whether its stand-in follows a target (M,).
         target_pos: the target at the first step [m], (M, 3).
         target_vel: its velocity [m/s], (M, 3).
-        knot_pos, knot_vel, mu_pos, mu_vel, bodies, bristle, pair_length, locked: the scenario's state, see State; updated.
+        knot_pos, knot_vel, mu_pos, mu_vel, bodies, bristle, pair_length, locked: the scenario's state, see State;
+        updated.
         closing: closing has begun.
         tether_length: locked length of the main tether [m].
 
@@ -212,7 +213,9 @@ def advance_scenario(
 
 @kernel
 def begin_closing(numbers, all_pairs, knot_pos, mu_pos, chaser, pair_length, locked):
-    """Lock the main tether at its present length, take the pairs' present distances. Returns the tether's length [m]."""
+    """Lock the main tether at its present length, take the pairs' present distances. Returns the tether's length
+    [m].
+    """
     for r in range(len(all_pairs)):
         pair_length[r] = pairs.distance(knot_pos, mu_pos, all_pairs[r, 0], all_pairs[r, 1])
         locked[r] = False
@@ -231,7 +234,9 @@ def advance(
     numbers, arrays, steps, chosen, thrust, external, target_pos, target_vel,
     knot_pos, knot_vel, mu_pos, mu_vel, bodies, bristle, closing, pair_length, locked, tether_length, contacts,
 ):  # fmt: skip
-    """Fly the ``chosen`` scenarios of a batch for ``steps`` steps; arrays as in State, with the leading scenario axis."""
+    """Fly the ``chosen`` scenarios of a batch for ``steps`` steps; arrays as in State, with the leading scenario
+    axis.
+    """
     for c in numba.prange(len(chosen)):
         b = chosen[c]
         contacts[b] = advance_scenario(

@@ -1,7 +1,9 @@
 """Tension of the net's threads.
 
-Most threads are slack at any time (2 to 6 % are taut until the net is flat), so a step first compares squared lengths for all of
-them, which vectorises well, and evaluates the law for the taut ones only. When many are taut, the law is evaluated for all, vectorised.
+Most threads are slack at any time (2 to 6 % are taut until the net is flat), so a step first compares squared lengths
+for all of
+them, which vectorises well, and evaluates the law for the taut ones only. When many are taut, the law is evaluated
+for all, vectorised.
 """
 
 from __future__ import annotations
@@ -104,16 +106,18 @@ def all_tensions(x, y, z, vx, vy, vz, count, stride, stiffness, damping, mesh, f
 def apply_all(pos, vel, mesh, arrays, row_force, column_force):
     """Change the knots' velocities by one step under all threads.
 
-    ``row_force`` (3, 530) and ``column_force`` (3, 552) are work space with zeros before the first and behind the last thread.
+    ``row_force`` (3, 530) and ``column_force`` (3, 552) are work space with zeros before the first and behind the
+    last thread.
     """
     # One-dimensional slices: numba keeps them contiguous, a slice of the whole array would not vectorise.
+    x, y, z, vx, vy, vz = pos[0], pos[1], pos[2], vel[0], vel[1], vel[2]
     all_tensions(
-        pos[0], pos[1], pos[2], vel[0], vel[1], vel[2], ROW_THREADS, 1, arrays.row_stiffness, arrays.row_damping,
-        mesh, row_force[0, 1:], row_force[1, 1:], row_force[2, 1:],
+        x, y, z, vx, vy, vz, ROW_THREADS, 1, arrays.row_stiffness, arrays.row_damping, mesh,
+        row_force[0, 1:], row_force[1, 1:], row_force[2, 1:],
     )  # fmt: skip
     all_tensions(
-        pos[0], pos[1], pos[2], vel[0], vel[1], vel[2], COLUMN_THREADS, KNOT_ROWS, arrays.column_stiffness, arrays.column_damping,
-        mesh, column_force[0, KNOT_ROWS:], column_force[1, KNOT_ROWS:], column_force[2, KNOT_ROWS:],
+        x, y, z, vx, vy, vz, COLUMN_THREADS, KNOT_ROWS, arrays.column_stiffness, arrays.column_damping, mesh,
+        column_force[0, KNOT_ROWS:], column_force[1, KNOT_ROWS:], column_force[2, KNOT_ROWS:],
     )  # fmt: skip
     kick = arrays.kick
     for axis in range(3):

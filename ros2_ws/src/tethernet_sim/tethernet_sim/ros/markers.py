@@ -5,10 +5,11 @@ from __future__ import annotations
 import numpy as np
 from geometry_msgs.msg import Point
 from std_msgs.msg import ColorRGBA
+from visualization_msgs.msg import Marker, MarkerArray
+
 from tethernet_control.layout import KNOT_ROWS
 from tethernet_control.ros import topics
 from tethernet_control.ros.conversions import set_stamp
-from visualization_msgs.msg import Marker, MarkerArray
 
 from ..model import CENTRAL_KNOT, KNOTS
 from ..state import ATTITUDE, CHASER, DEBRIS, POSITION

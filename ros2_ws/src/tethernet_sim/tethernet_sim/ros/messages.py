@@ -7,12 +7,13 @@ import array
 import numpy as np
 from geometry_msgs.msg import TransformStamped
 from nav_msgs.msg import Odometry
+from tf2_msgs.msg import TFMessage
+
 from tethernet_control.layout import KNOT_ROWS
 from tethernet_control.ros import topics
 from tethernet_control.ros.conversions import set_stamp
 from tethernet_control.settings import ControlParameters
 from tethernet_msgs.msg import NetState
-from tf2_msgs.msg import TFMessage
 
 from ..state import ATTITUDE, CHASER, DEBRIS, MOMENTUM, POSITION, VELOCITY, rotate
 from ..world import World

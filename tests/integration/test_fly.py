@@ -1,0 +1,166 @@
+"""Whole missions in process."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from tethernet_control.controller import MuController
+from tethernet_control.mission import Mission, advance, arm, launch
+from tethernet_sim.fly import Settings, fly, fly_many
+from tethernet_sim.scenario import Scenario
+from tethernet_sim.sensors import OdometryNoise
+from tethernet_sim.settings import ScenarioParameters
+
+OFF_CENTRE = (8.9, 6.2, -44.0)
+"""The example scenario of the paper's figure 5 [m]."""
+
+
+@pytest.fixture(scope="module")
+def outcomes():
+    """Nominal missions at the default place and at the paper's example, both designs."""
+    scenarios = [Scenario(mus=mus, debris_position=at) for mus in (8, 4) for at in ((0.0, 0.0, -50.0), OFF_CENTRE)]
+    return dict(zip(((8, 0), (8, 1), (4, 0), (4, 1)), fly_many(scenarios), strict=True))
+
+
+@pytest.mark.parametrize("place", [0, 1])
+def test_eight_mus_capture(outcomes, place):
+    outcome = outcomes[8, place]
+    assert outcome.captured, outcome.verdict
+    assert outcome.cqi < 2.5
+    assert outcome.locked_pairs >= 6
+
+
+@pytest.mark.parametrize("place", [0, 1])
+def test_four_mus_fly_to_a_verdict(outcomes, place):
+    outcome = outcomes[4, place]
+    assert outcome.trigger_time_s is not None
+    assert outcome.captured == (outcome.cqi < 2.5 and outcome.locked_pairs >= 8)
+    assert outcome.fuel_kg == outcome.fuel_at_trigger_kg, "with 4 MUs the thrusters are off when closing starts"
+
+
+def test_deployment_is_the_papers(outcomes):
+    # The paper's mean deployment takes 25.2 s; the trigger comes shortly before the aiming points are reached.
+    for outcome in outcomes.values():
+        assert 23.5 < outcome.trigger_time_s < 26.0
+        assert outcome.end_time_s == pytest.approx(outcome.trigger_time_s + 15.0)
+    assert 500.0 < outcomes[8, 0].mouth_area_m2 < 576.0
+    assert 500.0 < outcomes[4, 0].mouth_area_m2 < 576.0
+
+
+@pytest.mark.parametrize("mus", [4, 8])
+def test_a_batch_gives_the_same_bits_as_single_flights(mus):
+    scenarios = [Scenario(mus=mus, seed=seed, debris_position=(seed - 2.0, 1.0, -42.0 - seed)) for seed in range(4)]
+    assert fly_many(scenarios) == [fly(scenario) for scenario in scenarios]
+
+
+def test_one_seed_gives_identical_runs_and_another_does_not():
+    first, again, other = (fly(Scenario(seed=seed)) for seed in (11, 11, 12))
+    assert first == again
+    assert first.fuel_kg != other.fuel_kg
+
+
+def test_the_controllers_class_gives_the_same_bits_as_the_compiled_batch():
+    """Eight MuController objects, fed by hand with what the flight measures, must command what the flight commanded."""
+    settings = Settings.load()
+    scenario = Scenario(seed=5, debris_position=(3.0, -2.0, -45.0))
+    noise = OdometryNoise(scenario.seed, 8, settings.control)
+    controllers = [MuController(mu, settings.control) for mu in range(1, 9)]
+    mission = launch(arm(Mission(8), scenario.debris_position, "nominal"), 0)
+    for controller, point in zip(controllers, scenario.aiming_points(), strict=True):
+        controller.take_mission(mission)
+        controller.aim(point, "nominal")
+
+    def observe(stamp_ns, world, _):
+        nonlocal mission
+        drawn = noise.draw(1)[0]
+        for m, controller in enumerate(controllers):
+            position = (world.state.mu_pos[0, m] + drawn[m, 0]).tolist()
+            velocity = (world.state.mu_vel[0, m] + drawn[m, 1]).tolist()
+            controller.on_odometry(stamp_ns, position, velocity)
+        mission = advance(
+            mission, stamp_ns, world.net_center(0), world.debris_position(0), settings.mission, settings.control
+        )
+        for controller in controllers:
+            controller.take_mission(mission)
+
+    outcome = fly(scenario, settings, observe)
+    assert tuple(c.account.fuel_kg for c in controllers) == outcome.fuel_kg
+    assert tuple(c.account.fuel_at_trigger_kg for c in controllers) == outcome.fuel_at_trigger_kg
+    assert max(c.account.max_tracking_error_m for c in controllers) == outcome.max_tracking_error_m
+
+
+def test_fuel_against_its_closed_form():
+    """With the integral and derivative gains at zero and a huge proportional gain every axis of every MU is saturated
+    all the time, except
+    where it tracks; the first second is full thrust along -z at least. Checked exactly: no thrust, no fuel; full
+    thrust, the closed form."""
+    silent = fly(Scenario(), Settings.load(control={"kp": 0.0, "ki": 0.0, "kd": 0.0}, mission={"give_up_s": 1.0}))
+    assert silent.fuel_kg == (0.0,) * 8
+    # The proportional gain turns any error into the limit on all three axes: noise alone sees to that.
+    full = fly(
+        Scenario(),
+        Settings.load(control={"kp": 1e4, "ki": 0.0, "kd": 0.0, "thrust_limit_n": 0.01}, mission={"give_up_s": 2.0}),
+    )
+    closed_form = np.sqrt(3.0) * 0.01 * full.end_time_s / (9.81 * 60.0)
+    # Start points are measured ones: the very first error is exactly zero, one control period goes without thrust.
+    assert np.allclose(full.fuel_kg, closed_form * (1.0 - 0.05 / full.end_time_s), rtol=1e-9)
+
+
+def test_a_mission_that_never_triggers_is_missed():
+    outcome = fly(Scenario(), Settings.load(mission={"give_up_s": 5.0}))
+    assert not outcome.captured
+    assert outcome.verdict.startswith("missed")
+    assert outcome.trigger_time_s is None
+    assert outcome.mouth_area_m2 is None
+    assert outcome.end_time_s == 5.0
+
+
+def test_a_diverging_simulation_says_so():
+    outcome = fly(Scenario(), Settings.load(physics={"thread_modulus_pa": 1e12}))
+    assert not outcome.captured
+    assert "diverged" in outcome.error
+    assert outcome.verdict.startswith("error")
+
+
+def test_aiming_offsets_and_tumbling_change_the_flight():
+    plain = fly(Scenario())
+    shifted = fly(Scenario(aiming_offsets=((1.0, 0.0),) * 8))
+    tumbling = fly(Scenario(debris_rate=(0.0, 0.0, 0.05)))
+    assert len({plain.fuel_kg, shifted.fuel_kg}) == 2
+    assert tumbling.trigger_time_s == plain.trigger_time_s  # nothing has touched the debris before
+    assert tumbling.cqi != plain.cqi
+
+
+@pytest.mark.parametrize(
+    ("changes", "word"),
+    [
+        ({"mus": 5}, "4 or 8"),
+        ({"debris_position": (0.0, 0.0)}, "debris_position"),
+        ({"debris_position": (float("nan"), 0.0, -50.0)}, "debris_position"),
+        ({"debris_attitude": (0.0, 0.0, 0.0, 0.5)}, "unit quaternion"),
+        ({"seed": -1}, "seed"),
+        ({"aiming_offsets": ((0.0, 0.0),) * 3}, "aiming_offsets"),
+    ],
+)
+def test_bad_scenarios_are_refused(changes, word):
+    with pytest.raises(ValueError, match=word):
+        Scenario(**changes)
+
+
+def test_the_default_scenario_is_the_parameter_files():
+    assert {f.name for f in dataclasses.fields(ScenarioParameters)} >= {"mu_count", "debris_position", "seed"}
+    assert Scenario().mus == 8
+    assert Scenario().debris_position == (0.0, 0.0, -50.0)
+
+
+def test_noise_does_not_depend_on_the_pieces_it_is_drawn_in():
+    control = Settings.load().control
+    whole = OdometryNoise(3, 8, control).draw(10)
+    pieces = OdometryNoise(3, 8, control)
+    assert np.array_equal(whole, np.concatenate([pieces.draw(n) for n in (1, 4, 5)]))
+    many = OdometryNoise(4, 8, control).draw(4000)
+    assert np.allclose(many.std(axis=(0, 1, 3)), 0.1 / 3.0, rtol=0.02)
+    assert np.allclose(many.mean(axis=(0, 1, 3)), 0.0, atol=1e-3)

@@ -1,0 +1,111 @@
+"""Contact with the debris' cylinder: shape, normal force, scaled-box friction."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from tests.physics import coast, make_world
+from tethernet_sim.kernels import contact
+
+N = make_world(8).model.numbers
+
+
+def push(position, velocity, bristle=(0.0, 0.0, 0.0), rate=(0.0, 0.0, 0.0)):
+    """Force on one knot near a debris at the origin with identity attitude; None when it does not touch."""
+    knot_pos, knot_vel = np.array(position, float).reshape(3, 1), np.array(velocity, float).reshape(3, 1)
+    bristles, forces = np.array([bristle], float), np.zeros((1, 3))
+    debris = np.zeros(13)
+    debris[9] = 1.0
+    touching = contact.contact_forces(
+        knot_pos, knot_vel, np.zeros((0, 3)), np.zeros((0, 3)), np.array([0]), 1, bristles, debris, np.eye(3),
+        np.array(rate, float), N, forces, np.zeros(1, np.int64),
+    )  # fmt: skip
+    return (forces[0], bristles[0]) if touching else None
+
+
+def test_distance_from_the_cylinder():
+    radius, half = N.debris_radius, N.debris_half_length
+    cases = [
+        ((radius + 0.3, 0.0, 1.0), 0.3, (1.0, 0.0, 0.0)),  # side
+        ((0.0, -(radius - 0.1), -2.0), -0.1, (0.0, -1.0, 0.0)),  # inside, nearest to the side
+        ((0.5, 0.0, half + 0.2), 0.2, (0.0, 0.0, 1.0)),  # flat end
+        ((0.5, 0.5, -(half - 0.05)), -0.05, (0.0, 0.0, -1.0)),  # inside, nearest to an end
+        ((radius + 0.3, 0.0, half + 0.4), 0.5, (0.6, 0.0, 0.8)),  # rim
+    ]
+    for point, distance, normal in cases:
+        got = contact.surface(*point, radius, half)
+        assert got[0] == pytest.approx(distance, abs=1e-12)
+        assert np.allclose(got[1:], normal, atol=1e-12)
+
+
+def test_normal_force_is_compliant_and_damped():
+    depth = 0.005
+    at = N.debris_radius + N.knot_radius - depth
+    resting, _ = push((at, 0.0, 1.0), (0.0, 0.0, 0.0))
+    assert np.allclose(resting, (N.contact_stiffness * depth, 0.0, 0.0))
+    coming, _ = push((at, 0.0, 1.0), (-0.5, 0.0, 0.0))
+    assert coming[0] == pytest.approx(N.contact_stiffness * depth + N.knot_contact_damping * 0.5)
+    leaving, _ = push((at, 0.0, 1.0), (1000.0, 0.0, 0.0))
+    assert leaving[0] == 0.0, "a contact never pulls"
+    assert push((N.debris_radius + N.knot_radius + 1e-9, 0.0, 1.0), (0.0, 0.0, 0.0)) is None
+
+
+@pytest.mark.parametrize(
+    ("sliding", "expected"),
+    [
+        ((0.0, 0.0, 5.0), (0.0, -1.0)),  # along the axis
+        ((0.0, 5.0, 0.0), (-1.0, 0.0)),  # round the cylinder
+        ((0.0, 5.0, 5.0), (-1.0, -1.0)),  # both: each direction has its own limit, that is the box
+        ((0.0, -5.0, 0.5), (1.0, -1.0)),  # limits do not depend on the direction of the velocity either
+    ],
+)
+def test_scaled_box_limits_each_direction_separately(sliding, expected):
+    depth = 0.005
+    at = N.debris_radius + N.knot_radius - depth
+    force, bristle = push((at, 0.0, 1.0), sliding, bristle=np.multiply(sliding, 1.0))
+    limit = N.friction * N.contact_stiffness * depth
+    assert np.allclose(force[1:], np.multiply(expected, limit), rtol=1e-12)
+    assert np.abs(bristle).max() <= limit / N.contact_stiffness * (1 + 1e-12), (
+        "the spring keeps no more than friction holds"
+    )
+
+
+def test_below_the_limit_a_contact_sticks():
+    depth = 0.005
+    at = N.debris_radius + N.knot_radius - depth
+    small = 1e-5
+    force, bristle = push((at, 0.0, 1.0), (0.0, 0.0, 0.0), bristle=(0.0, 0.0, small))
+    assert force[2] == pytest.approx(-N.contact_stiffness * small)
+    assert np.allclose(bristle, (0.0, 0.0, small))
+
+
+def test_friction_acts_against_the_surface_that_turns():
+    depth = 0.005
+    at = N.debris_radius + N.knot_radius - depth
+    force, _ = push((at, 0.0, 1.0), (0.0, 0.0, 0.0), rate=(0.0, 0.0, 2.0))  # the surface moves along +y
+    assert force[1] > 0.0
+    assert force[2] == pytest.approx(0.0, abs=1e-12)
+
+
+def test_no_particle_gets_into_the_debris():
+    # The whole flat net and its MUs fly into the debris at 4 m/s.
+    world = make_world(8)
+    state = world.state
+    state.knot_pos[0, :2] /= world.physics.fold_factor * 1.02
+    state.knot_pos[0, 2] = -47.0
+    state.mu_pos[0] = state.knot_pos[0][:, world.model.arrays.mu_knot].T
+    state.knot_vel[0, 2] = -4.0
+    state.mu_vel[0, :, 2] = -4.0
+    deepest, touched = 0.0, 0
+    for _ in coast(world, 60):
+        debris = state.bodies[0, 0]
+        axis = np.array([1.0, 1.0, 0.0]) / np.sqrt(2.0)  # nearly: the debris hardly turns in 3 s
+        points = np.concatenate([state.knot_pos[0].T, state.mu_pos[0]]) - debris[:3]
+        along = points @ axis
+        radial = np.linalg.norm(points - along[:, None] * axis, axis=1)
+        inside = np.minimum(N.debris_radius - radial, N.debris_half_length - np.abs(along))
+        deepest = max(deepest, float(inside.max()))
+        touched = max(touched, int(state.contacts[0]))
+    assert touched > 20
+    assert deepest < 0.02
