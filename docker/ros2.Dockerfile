@@ -7,10 +7,11 @@ RUN . /opt/ros/jazzy/setup.sh \
     && colcon --log-base /tmp/log build --base-paths /tmp/src --build-base /tmp/build --merge-install --install-base /opt/tethernet \
     && rm -rf /tmp/src /tmp/build /tmp/log
 
-# UDP only: the shared memory of a process outside this container, or of another user, cannot be read in here.
+# UDP only: the shared memory of a process outside this container, or of another user, cannot be read in here. The range
+# LOCALHOST would bring shared memory back in; a mission that is flown with it finds these tools nevertheless.
 ENV FASTDDS_BUILTIN_TRANSPORTS=UDPv4 \
     RMW_IMPLEMENTATION=rmw_fastrtps_cpp \
-    ROS_AUTOMATIC_DISCOVERY_RANGE=LOCALHOST
+    ROS_AUTOMATIC_DISCOVERY_RANGE=SUBNET
 
 ENTRYPOINT ["bash", "-c", ". /opt/tethernet/setup.bash && exec \"$@\"", "ros2"]
 CMD ["bash"]
