@@ -1,0 +1,174 @@
+"""Missions over ROS 2 with all processes, flown by the users' command: ``python -m benchmarks.graph [--smoke]``.
+
+In lock-step: how much faster than real time. In real time: missed deadlines, time from odometry to thrust, memory of
+all processes. In both: time from the command to launch. The figures are those of outcome.json; this program only adds
+where the CPU time goes.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import shlex
+import statistics
+import subprocess
+import sys
+import tempfile
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from .figures import conclude, cores, machine
+from .processes import CpuSampler
+
+ROOT = Path(__file__).resolve().parent.parent
+DOMAIN_ID = 101
+"""A mission that flies beside, on the default domain, disturbs no figure but the times."""
+TIMEOUT_S = 300.0
+CAPTURED, NOT_CAPTURED = 0, 3
+SMOKE_PARAMETERS = "/**:\n  ros__parameters:\n    give_up_s: 4.0\n"
+"""Ends the mission before the net is there; everybody has worked by then."""
+
+
+class BenchmarkError(Exception):
+    """A mission did not go as it must; the message has the command's own words."""
+
+
+@dataclass(frozen=True)
+class Flown:
+    """One mission."""
+
+    outcome: dict[str, Any]
+    """Content of outcome.json."""
+    cpu_s: dict[str, float]
+    """CPU time of each process from launch to the verdict [s]."""
+
+
+def fly(command: list[str], pace: str, parameters: Path | None, domain_id: int, folder: Path) -> Flown:
+    """Fly one mission.
+
+    Args:
+        command: starts run_mission.py.
+        pace: lockstep or realtime.
+        parameters: of a shortened mission; None for a whole one.
+        domain_id: DDS domain.
+        folder: for the run; made here.
+
+    Raises:
+        BenchmarkError: when it did not end with a verdict.
+    """
+    words = ["--mus", "8", "--pace", pace, "--output", str(folder), "--domain-id", str(domain_id)]
+    words += ["--params", str(parameters)] if parameters else []
+    allowed = (CAPTURED, NOT_CAPTURED) if parameters else (CAPTURED,)
+    # A session of its own: whatever happens here, Ctrl-C reaches the command once, from this program.
+    process = subprocess.Popen(
+        [*command, *words], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, start_new_session=True
+    )
+    with CpuSampler(process.pid) as sampler:
+        try:
+            said, _ = process.communicate(timeout=TIMEOUT_S)
+        except BaseException as error:
+            process.terminate()  # the command ends its nodes itself
+            said, _ = process.communicate()
+            if isinstance(error, subprocess.TimeoutExpired):
+                raise BenchmarkError(f"no end after {TIMEOUT_S:g} s of {' '.join(process.args)}:\n{said}") from error
+            raise
+    if process.returncode not in allowed:
+        raise BenchmarkError(
+            f"exit status {process.returncode} (allowed: {allowed}) of {' '.join(process.args)}:\n{said}"
+        )
+    outcome = json.loads(next(folder.glob("*/outcome.json")).read_text(encoding="utf-8"))
+    launch = sampler.began + outcome["start_s"]
+    return Flown(outcome, sampler.between(launch, launch + outcome["wall_time_s"]))
+
+
+def describe(pace: str, flown: Flown) -> str:
+    """One mission in words."""
+    outcome, cpu = flown.outcome, flown.cpu_s
+    shares = ", ".join(f"{name} {seconds:.2f}" for name, seconds in _grouped(cpu).items())
+    return (
+        f"{pace}: {outcome['flown_s']:.1f} s in {outcome['wall_time_s']:.1f} s, {outcome['real_time_factor']:.2f} x "
+        f"real time; launch after {outcome['start_s']:.1f} s; odometry to thrust p50 {outcome['latency_p50_ms']:.1f}, "
+        f"p99 {outcome['latency_p99_ms']:.1f}, max {outcome['latency_max_ms']:.1f} ms; {outcome['deadline_misses']} "
+        f"deadlines missed; {outcome['memory_mb']:.0f} MB\n"
+        f"    CPU s in flight: {sum(cpu.values()):.2f} = {shares}"
+    )
+
+
+def _grouped(cpu_s: dict[str, float]) -> dict[str, float]:
+    """The controllers as one, the rest by name, the largest first."""
+    grouped: dict[str, float] = {}
+    for name, seconds in cpu_s.items():
+        group = "controllers" if name.endswith("_controller") else name
+        grouped[group] = grouped.get(group, 0.0) + seconds
+    return dict(sorted(grouped.items(), key=lambda item: -item[1]))
+
+
+def main(argv: list[str] | None = None) -> int:
+    """Run the benchmark. Returns 0; 1 when a mission failed."""
+    options = _options(argv)
+    print(machine())
+    flown: dict[str, list[Flown]] = {"lockstep": [], "realtime": []}
+    with tempfile.TemporaryDirectory(prefix="tethernet_benchmark_") as scratch:
+        parameters = None
+        if options.smoke:
+            parameters = Path(scratch, "short.yaml")
+            parameters.write_text(SMOKE_PARAMETERS, encoding="utf-8")
+        missions = 1 if options.smoke else options.missions
+        for pace, count in (("lockstep", missions), ("realtime", 1)):
+            for number in range(count):
+                folder = Path(scratch, f"{pace}{number}")
+                try:
+                    flown[pace].append(fly(options.command, pace, parameters, options.domain_id, folder))
+                except BenchmarkError as error:
+                    print(f"benchmark graph: {error}", file=sys.stderr)
+                    return 1
+                print(describe(pace, flown[pace][-1]), flush=True)
+    every = [mission.outcome for missions in flown.values() for mission in missions]
+    in_lockstep = [mission.outcome for mission in flown["lockstep"]]
+    in_real_time = flown["realtime"][0]
+    conclude(
+        "graph",
+        {
+            "real_time_factor": statistics.median(outcome["real_time_factor"] for outcome in in_lockstep),
+            "latency_p99_ms": in_real_time.outcome["latency_p99_ms"],
+            "deadline_misses": in_real_time.outcome["deadline_misses"],
+            "start_s": statistics.median(outcome["start_s"] for outcome in every),
+            "memory_mb": max(outcome["memory_mb"] for outcome in every),
+            "latency_p50_ms": in_real_time.outcome["latency_p50_ms"],
+            "latency_max_ms": in_real_time.outcome["latency_max_ms"],
+            "lockstep_deadline_misses": sum(outcome["deadline_misses"] for outcome in in_lockstep),
+            "lockstep_cpu_s": statistics.median(sum(mission.cpu_s.values()) for mission in flown["lockstep"]),
+            "realtime_cpu_share": sum(in_real_time.cpu_s.values()) / in_real_time.outcome["wall_time_s"] / cores(),
+        },
+    )
+    return 0
+
+
+def _options(argv: list[str] | None) -> argparse.Namespace:
+    parser = argparse.ArgumentParser(prog="python -m benchmarks.graph", description=__doc__.splitlines()[0])
+    parser.add_argument("--smoke", action="store_true", help="missions of a few seconds")
+    parser.add_argument("--missions", type=int, default=3, metavar="N", help="missions in lock-step; default 3")
+    parser.add_argument(
+        "--domain-id",
+        type=int,
+        default=int(os.environ.get("ROS_DOMAIN_ID") or DOMAIN_ID),
+        metavar="N",
+        help=f"DDS domain; default: $ROS_DOMAIN_ID, or {DOMAIN_ID}",
+    )
+    parser.add_argument(
+        "--command",
+        type=shlex.split,
+        default=[sys.executable, str(ROOT / "run_mission.py")],
+        metavar="WORDS",
+        help="what starts a mission, as one argument; default: this Python with run_mission.py",
+    )
+    options = parser.parse_args(argv)
+    if options.missions < 1:
+        parser.error(f"--missions {options.missions}: allowed: 1 or more")
+    return options
+
+
+if __name__ == "__main__":
+    sys.exit(main())
