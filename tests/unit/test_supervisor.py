@@ -199,19 +199,25 @@ def test_memory_counts_all_processes(crew, tmp_path):
 
 def test_only_segments_that_nobody_holds_are_removed(tmp_path, monkeypatch):
     monkeypatch.setattr(shared_memory, "FOLDER", tmp_path)
-    for name in ("fastrtps_a", "fastrtps_a_el", "sem.fastrtps_a_mutex", "fastrtps_b", "fastrtps_c", "fastrtps_c_el"):
+    ours, held, theirs = (f"fastrtps_{letter * 16}" for letter in "abc")
+    for name in (ours, f"{ours}_el", f"sem.{ours}_mutex", held, theirs, f"{theirs}_el", "fastrtps_port7001"):
         (tmp_path / name).write_bytes(b"x" * 4096)
-    held = str(tmp_path / "fastrtps_b")
-    code = f"import mmap; f = open({held!r}, 'rb'); m = mmap.mmap(f.fileno(), 0, access=mmap.ACCESS_READ)"
+    code = f"""
+        import mmap
+        for name in ({str(tmp_path / held)!r}, {str(tmp_path / "fastrtps_port7001")!r}):
+            with open(name, "rb") as file:
+                globals()[name] = mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ)
+        print("ready", flush=True)
+        input()
+    """
     holder = subprocess.Popen(
-        [sys.executable, "-c", f"{code}; print('ready', flush=True); input()"],
-        stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True,
-    )  # fmt: skip
+        [sys.executable, "-c", textwrap.dedent(code)], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
+    )
     try:
         assert holder.stdout.readline() == "ready\n"
-        assert shared_memory.held_by([holder.pid]) == {"fastrtps_b"}
-        assert shared_memory.clean(["fastrtps_a", "fastrtps_b", "fastrtps_none"]) == ["fastrtps_a"]
+        assert shared_memory.held_by([holder.pid]) == {held}, "the ports below 7400 are everybody's"
+        assert shared_memory.clean([ours, held, "fastrtps_none"]) == [ours]
     finally:
         holder.communicate("\n", timeout=DEADLINE_S)
     assert holder.returncode == 0
-    assert sorted(path.name for path in tmp_path.iterdir()) == ["fastrtps_b", "fastrtps_c", "fastrtps_c_el"]
+    assert {path.name for path in tmp_path.iterdir()} == {held, theirs, f"{theirs}_el", "fastrtps_port7001"}

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -155,7 +156,9 @@ class Flight:
     def _driver_hint(self, mus: list[int]) -> str:
         wait = f"up to {self._plan.external_timeout_s:g} s"
         lines = [f"waiting for the drivers of {_mu_list(mus)}, {wait}; the example driver:"]
-        lines += [f"    ROS_DOMAIN_ID={self._plan.domain_id} python examples/mu_driver.py --mu {mu}" for mu in mus]
+        clock = " --clock sim" if self._plan.simulated else ""
+        domain = f"ROS_DOMAIN_ID={self._plan.domain_id}"
+        lines += [f"    {domain} {sys.executable} examples/mu_driver.py --mu {mu}{clock}" for mu in mus]
         return "\n".join(lines)
 
     def _launch(self) -> None:

@@ -48,6 +48,8 @@ class Monitor:
 
     def close(self) -> None:
         """Leave the graph."""
+        self._executor.remove_node(self._node)
+        self._executor.shutdown()
         self._node.destroy_node()
         rclpy.try_shutdown()
 

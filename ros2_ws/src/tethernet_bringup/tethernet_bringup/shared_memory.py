@@ -1,17 +1,20 @@
 """Fast DDS keeps its shared-memory segments in /dev/shm and leaves them there when a process is killed.
 
-Only segments that our own processes held are removed, and only once no living process holds them.
+Only segments that our own processes held are removed, and only once no living process holds them. The ports below 7400
+belong to no domain: whatever runs on this machine takes the next free one and puts a dead one right, so they stay.
 """
 
 from __future__ import annotations
 
 import fcntl
 import os
+import re
 from collections.abc import Iterable
 from pathlib import Path
 
 FOLDER = Path("/dev/shm")
-_PREFIX = "fastrtps_"
+_FIRST_DOMAIN_PORT = 7400
+_NAME = re.compile(r"/(fastrtps_(?:[0-9a-f]{16}|port(\d+)))$")
 
 
 def held_by(pids: Iterable[int]) -> set[str]:
@@ -20,12 +23,12 @@ def held_by(pids: Iterable[int]) -> set[str]:
     for pid in pids:
         try:
             with Path(f"/proc/{pid}/maps").open(encoding="utf-8", errors="replace") as file:
-                paths = {line.split(None, 5)[-1].rstrip("\n") for line in file if _PREFIX in line}
+                paths = {line.split(None, 5)[-1].rstrip("\n") for line in file if "/fastrtps_" in line}
         except OSError:  # gone meanwhile
             continue
-        names |= {
-            path.rsplit("/", 1)[1] for path in paths if path.startswith(f"{FOLDER}/{_PREFIX}") and " " not in path
-        }
+        for found in filter(None, (_NAME.search(path) for path in paths if path.startswith(f"{FOLDER}/"))):
+            if found[2] is None or int(found[2]) >= _FIRST_DOMAIN_PORT:
+                names.add(found[1])
     return names
 
 
