@@ -6,6 +6,7 @@ import sys
 import time
 
 import numpy as np
+from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import WrenchStamped
 from nav_msgs.msg import Odometry
 from rclpy.clock import Clock as RosClock
@@ -18,7 +19,7 @@ from visualization_msgs.msg import MarkerArray
 
 from tethernet_control import law
 from tethernet_control.mission import Mission, Phase, seconds_between
-from tethernet_control.ros import qos, topics
+from tethernet_control.ros import diagnostics, qos, topics
 from tethernet_control.ros.conversions import (
     MessageError,
     finite,
@@ -121,6 +122,7 @@ class SimNode(Node):
         self._tf, self._tf_out = Transforms(len(self.mus)), make(TFMessage, topics.TF, qos.BULK)
         self._markers, self._markers_out = Markers(self.world), make(MarkerArray, topics.NET_MARKERS, qos.BULK)
         self._status_out = make(SimStatus, topics.SIM_STATUS, qos.STATE)
+        self._diagnostics_out = make(DiagnosticArray, topics.DIAGNOSTICS, qos.BULK)
 
     def _make_subscriptions(self) -> None:
         subscribe = self.create_subscription
@@ -258,6 +260,28 @@ class SimNode(Node):
         set_stamp(message.header.stamp, self.stamp_ns)
         message.header.frame_id = topics.FRAME
         self._status_out.publish(message)
+        self._publish_diagnostics(message)
+
+    def _publish_diagnostics(self, status: SimStatus) -> None:
+        troubled = [
+            f"mu{mu}"
+            for mu in self.mus
+            if self.books[mu].zeroed or self.books[mu].rejected or mu in status.lost_controllers
+        ]
+        level, text = (
+            (diagnostics.WARN, "trouble with " + ", ".join(troubled)) if troubled else (diagnostics.OK, "flying")
+        )
+        values = {
+            "pace": self.scenario.pace,
+            "real-time factor": status.real_time_factor,
+            "late commands": sum(status.late_commands),
+            "rejected commands": sum(status.rejected_commands),
+            "clipped commands": sum(status.clipped_commands),
+            "latency p99 [s]": status.latency_p99,
+            "points in contact": int(self.world.state.contacts[0]),
+        }
+        entry = diagnostics.entry("sim: flight", level, text, **values)
+        self._diagnostics_out.publish(diagnostics.array(self.stamp_ns, [entry]))
 
     def _finish(self) -> None:
         if self.finished:
