@@ -13,9 +13,9 @@ from typing import NoReturn
 from . import ros, runtime
 from .environment import Interrupted, ensure, pending
 from .errors import SetupError
-from .places import Places, ros_places, venv_places
+from .places import ros_places, venv_places
 from .report import Report
-from .steps import PROFILES, ROS_PACKAGES, VENV
+from .steps import PROFILES, ROS_PROFILES
 
 FAULT = 1
 
@@ -51,15 +51,13 @@ def prepare(
     """
     report = Report()
     try:
-        if _own_ros(os.environ, report):
-            return _ros_python(report, before)
-        places = venv_places()
-        wanted = {step.name: step for profile in profiles for step in PROFILES[profile]}
-        steps = list(wanted.values())
+        own_ros = _own_ros(os.environ, report)
+        places, offered = (ros_places(), ROS_PROFILES) if own_ros else (venv_places(), PROFILES)
+        steps = list({step.name: step for profile in profiles for step in offered[profile]}.values())
         if fresh or pending(places, steps):
             before()
             ensure(places, steps, report, fresh=fresh)
-        return str(places.python), runtime.environment(places, os.environ)
+        return str(places.python), dict(os.environ) if own_ros else runtime.environment(places, os.environ)
     except SetupError as error:
         report.say(f"Set-up failed: {error}")
         sys.exit(FAULT)
@@ -96,19 +94,6 @@ def _own_ros(given: Mapping[str, str], report: Report) -> bool:
         )
         return False
     return True
-
-
-def _ros_python(report: Report, before: Callable[[], None]) -> tuple[str, dict[str, str]]:
-    """This Python if it has all libraries, else an environment on top of it that has the others."""
-    missing = ros.missing_libraries()
-    if not missing:
-        return sys.executable, dict(os.environ)
-    places: Places = ros_places()
-    if pending(places, (VENV, ROS_PACKAGES)):
-        before()
-        report.say(f"ROS 2 {ros.DISTRIBUTION} of this machine is used; its Python lacks {', '.join(missing)}.")
-        ensure(places, (VENV, ROS_PACKAGES), report)
-    return str(places.python), dict(os.environ)
 
 
 def _parse_early(arguments_file: str, argv: Sequence[str]) -> None:

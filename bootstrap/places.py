@@ -68,5 +68,5 @@ def venv_places() -> Places:
 
 
 def ros_places() -> Places:
-    """Python packages that a machine's own ROS 2 lacks."""
+    """On top of a machine's own ROS 2: the libraries that it does not bring."""
     return Places(ROOT, ROOT / ".venv.ros", on_system_python=True)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib.util
 import os
 from collections.abc import Mapping
 from pathlib import Path
@@ -10,9 +9,6 @@ from pathlib import Path
 from .places import PYTHON_PACKAGES
 
 DISTRIBUTION = "jazzy"
-LIBRARIES = ("matplotlib", "mcap", "numba", "numpy", "psutil", "rosbags", "scipy", "yaml", "zstandard")
-"""What the packages import besides ROS 2. Some are not part of it."""
-
 BUILD_COMMANDS = "cd ros2_ws && colcon build && . install/setup.sh"
 
 
@@ -27,8 +23,3 @@ def unbuilt(given: Mapping[str, str]) -> list[str]:
     index = "share/ament_index/resource_index/packages"
     wanted = ("tethernet_msgs", *PYTHON_PACKAGES)
     return [package for package in wanted if not any((prefix / index / package).exists() for prefix in prefixes)]
-
-
-def missing_libraries() -> list[str]:
-    """Libraries that this Python does not find."""
-    return [name for name in LIBRARIES if importlib.util.find_spec(name) is None]

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import importlib.util
+import os
 import re
 import shutil
 import sys
@@ -11,6 +13,7 @@ from pathlib import Path
 
 from . import fingerprint, runtime
 from .errors import SetupError
+from .lock import MARK
 from .places import MESSAGE_PACKAGES, PYTHON_PACKAGES, Places
 from .report import Report
 from .tools import run_tool, tool_environment
@@ -85,8 +88,11 @@ def _pip(places: Places, report: Report, *arguments: str | Path) -> None:
 def _install(*names: str) -> Callable[[Places, Report], None]:
     def run(places: Places, report: Report) -> None:
         files = [word for path in _requirements(places, *names) for word in ("-r", path)]
-        _pip(places, report, *files, "-c", *_requirements(places, "constraints"))
-        _pip_check(places)
+        # The lock does not hold on top of a system's Python, which brings packages of its own.
+        lock = [] if places.on_system_python else ["-c", *_requirements(places, "constraints")]
+        _pip(places, report, *files, *lock)
+        if not places.on_system_python:
+            _pip_check(places)
 
     return run
 
@@ -185,15 +191,21 @@ def _rewrite_cmake_paths(places: Places) -> None:
 
 
 def _kernel_files(places: Places) -> list[Path]:
-    folders = (places.sources / package / package for package in ("tethernet_control", "tethernet_sim"))
+    """The modules that may hold kernels, as the environment's Python finds them."""
+    packages = ("tethernet_control", "tethernet_sim")
+    folders = [places.sources / package / package for package in packages]
+    if places.on_system_python:
+        specs = [importlib.util.find_spec(package) for package in packages]
+        folders = [Path(folder) for spec in specs if spec for folder in spec.submodule_search_locations or ()]
     return [path for folder in folders for path in sorted(folder.rglob("*.py"))]
 
 
 def _compile_kernels(places: Places, report: Report) -> None:
     """Fill numba's cache, so that the first mission starts as fast as every other."""
     if places.warm_up.exists():
+        given = dict(os.environ) | {MARK: str(places.venv)}
+        environment = given if places.on_system_python else runtime.environment(places, tool_environment(places))
         command = [places.python, "-P", "-m", "tethernet_sim.warm_up"]
-        environment = runtime.environment(places, tool_environment(places))
         run_tool(command, places, advice=BUILD_ADVICE, on_line=report.update, environment=environment)
 
 
@@ -217,8 +229,7 @@ PACKAGES = Step(
 )  # fmt: skip
 ROS_PACKAGES = Step(
     "packages", "Installing the libraries that ROS 2 does not bring",
-    lambda p: fingerprint.of_contents(_requirements(p, "ros-jazzy")),
-    lambda p, report: _pip(p, report, "-r", *_requirements(p, "ros-jazzy")), installs=True,
+    _installed("ros-jazzy"), _install("ros-jazzy"), installs=True,
 )  # fmt: skip
 TEST = Step("test", "Installing test tools and linter", _installed("test"), _install("test"), installs=True)
 BENCH = Step(
@@ -245,3 +256,13 @@ PROFILES: dict[str, tuple[Step, ...]] = {
     "bench": (*MISSION, BENCH),
 }
 """What each use of the environment needs."""
+
+ROS_MISSION = (VENV, ROS_PACKAGES, KERNELS)
+ROS_PROFILES: dict[str, tuple[Step, ...]] = {
+    "mission": ROS_MISSION,
+    "analysis": (VENV, ROS_PACKAGES),
+    "lint": (VENV, TEST),
+    "test": (*ROS_MISSION, TEST),
+    "bench": (*ROS_MISSION, BENCH),
+}
+"""The same on top of a machine's own ROS 2, where colcon has built messages and packages."""
