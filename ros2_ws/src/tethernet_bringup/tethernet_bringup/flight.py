@@ -97,39 +97,33 @@ class Flight:
 
     def _assemble(self) -> None:
         """Wait until every node has found every other."""
-        plan = self._plan
-        check = self._monitor.check_graph(expected(plan.mu_count, plan.external, plan.simulated))
+        plan, monitor = self._plan, self._monitor
+        graph = monitor.check_graph(expected(plan.mu_count, plan.external, plan.simulated))
+        connections = monitor.check_connections(graph.audiences())
 
         def complete() -> bool:
-            done = check.update() and self._monitor.planner_ready()
-            self._display.live(
-                f"{len(plan.processes)} processes started; still missing: {check.describe(1) or 'the planner'}"
-            )
-            return done
-
-        self._wait(
-            complete,
-            plan.parameters.graph_timeout_s,
-            lambda: f"the graph is incomplete: {check.describe() or 'no planner service'}",
-        )
-        connections = self._monitor.check_connections(check.audiences())
+            found = graph.update() and monitor.planner_ready()
+            self._display.live(f"{len(plan.processes)} nodes started; waiting for {graph.waiting_for or 'the planner'}")
+            return found
 
         def connected() -> bool:
-            done = connections.update()
-            self._display.live(f"{len(plan.processes)} processes started; {connections.describe()}")
-            return done
+            found = connections.update()
+            for node, pid in connections.pids.items():
+                if self._supervisor.pids.get(node, pid) != pid:
+                    raise MissionFaultError(self._crowded(f"another process, {pid}, is node {node}"))
+            self._display.live(f"all nodes are there; waiting for {', '.join(connections.missing)} to be heard by all")
+            return found
 
-        self._wait(
-            connected, plan.parameters.graph_timeout_s, lambda: f"the graph is incomplete: {connections.describe()}"
-        )
-        strangers = check.strangers()
-        if strangers:
-            topic, names = next(iter(strangers.items()))
-            raise MissionFaultError(
-                f"somebody else is in DDS domain {plan.domain_id}: {topic} has {len(names)} publishers "
-                f"({', '.join(names)}); end the other mission, or take another --domain-id"
-            )
+        patience = plan.parameters.graph_timeout_s
+        self._wait(complete, patience, lambda: f"nodes are missing: {graph.describe() or 'no planner service'}")
+        self._wait(connected, patience, lambda: f"nodes do not find each other: {connections.describe()}")
+        for topic, names in graph.strangers().items():
+            raise MissionFaultError(self._crowded(f"{topic} has {len(names)} publishers ({', '.join(names)})"))
         self._supervisor.note_shared_memory()
+
+    def _crowded(self, sign: str) -> str:
+        domain = self._plan.domain_id
+        return f"somebody else is in DDS domain {domain}: {sign}; end the other mission, or take another --domain-id"
 
     def _await_drivers(self) -> None:
         """Wait until each external MU has odometry."""
@@ -225,7 +219,7 @@ class Flight:
                 self._abort()
             self._monitor.close()
         self._display.live("stopping")
-        for ended in self._supervisor.stop():
+        for ended in self._supervisor.stop(hurry=bool(early)):
             if ended.forced:
                 record.warnings.append(f"{ended.node.name} did not end when asked and was killed")
             elif ended.code != 0 and not early:

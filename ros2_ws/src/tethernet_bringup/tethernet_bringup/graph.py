@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from tethernet_control.ros import topics
 
-from .nodes import ASSESSOR, PLANNER, RECORDER, SIM, controller
+from .nodes import ASSESSOR, MONITOR, PLANNER, RECORDER, SIM, controller
 
 
 @dataclass(frozen=True)
@@ -69,6 +69,8 @@ def expected(mu_count: int, external: Iterable[int], simulated: bool) -> list[En
         subscribers.setdefault(topic, []).append(RECORDER)
     for mu in external:
         subscribers[topics.mu_odometry(mu)].append(RECORDER)
+    for topic in (topics.MISSION_STATE, topics.CAPTURE_ASSESSMENT, *(topics.mu_status(mu) for mu in mus)):
+        subscribers[topic].append(MONITOR)
     result = [Endpoint(topic, node, True) for topic, nodes in publishers.items() for node in nodes]
     return result + [Endpoint(topic, node, False) for topic, nodes in subscribers.items() for node in nodes]
 
@@ -115,6 +117,11 @@ class GraphCheck:
                 listeners = [e for e in self._endpoints if e.topic == endpoint.topic and not e.publishes]
                 found.setdefault(endpoint.node, {})[endpoint.topic] = len(listeners)
         return found
+
+    @property
+    def waiting_for(self) -> str:
+        """The nodes of which something is missing."""
+        return ", ".join(sorted({endpoint.node for endpoint in self.missing}))
 
     def describe(self, limit: int = 6) -> str:
         """What is missing, in words."""

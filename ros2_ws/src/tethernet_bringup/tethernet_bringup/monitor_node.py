@@ -13,7 +13,7 @@ from std_srvs.srv import Trigger
 
 from tethernet_control.mission import Phase
 from tethernet_control.ros import qos, topics
-from tethernet_control.ros.connections import read_connections, service_name
+from tethernet_control.ros.connections import Connections, read_connections, service_name
 from tethernet_control.ros.executor import make_executor
 from tethernet_msgs.msg import CaptureAssessment, MissionState, MuStatus, SimStatus
 
@@ -126,35 +126,40 @@ class Monitor:
 class ConnectionCheck:
     """Asks every node whether its publishers have found their subscribers, until they have."""
 
-    def __init__(self, audiences: Mapping[str, Mapping[str, int]], clients: Mapping[str, Client]):
+    def __init__(self, audiences: Mapping[str, Mapping[str, int]], services: Mapping[str, Client]):
         """Args:
         audiences: least number of subscribers by node and topic.
-        clients: of the service of each node.
+        services: of each node, to ask it.
         """
         self._audiences = audiences
-        self._services = clients
+        self._services = services
         self._asked: dict[str, Future] = {}
-        self.missing = {node: dict(topics) for node, topics in audiences.items()}
+        self.missing = {node: list(topics) for node, topics in audiences.items()}
+        """Topics that lack subscribers, by node."""
+        self.pids: dict[str, int] = {}
+        """Process ids of the nodes that have answered."""
 
     def update(self) -> bool:
         """Look at the answers, ask again where somebody is missing; true when nobody is."""
         for node in list(self.missing):
             asked = self._asked.get(node)
             if asked is not None and asked.done():
-                counts = read_connections(asked.result())
-                wanted = self._audiences[node]
-                self.missing[node] = {topic: least for topic, least in wanted.items() if counts.get(topic, 0) < least}
-                if not self.missing[node]:
-                    del self.missing[node]
-                    continue
+                self._take(node, read_connections(asked.result()))
                 asked = None
-            if asked is None and self._services[node].service_is_ready():
+            if node in self.missing and asked is None and self._services[node].service_is_ready():
                 self._asked[node] = self._services[node].call_async(Trigger.Request())
         return not self.missing
 
     def describe(self) -> str:
         """Who lacks whom, in words."""
         return "; ".join(f"{node} lacks subscribers of {', '.join(topics)}" for node, topics in self.missing.items())
+
+    def _take(self, node: str, told: Connections) -> None:
+        self.pids[node] = told.pid
+        wanted = self._audiences[node]
+        self.missing[node] = [topic for topic, least in wanted.items() if told.subscribers.get(topic, 0) < least]
+        if not self.missing[node]:
+            del self.missing[node]
 
 
 def settled(record: FlightRecord, simulated: bool) -> bool:

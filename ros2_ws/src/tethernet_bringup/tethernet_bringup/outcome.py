@@ -204,12 +204,7 @@ def write(folder: Path, content: dict[str, Any]) -> Path:
 
 def describe(record: FlightRecord, content: dict[str, Any], folder: Path, analyse_command: str) -> list[str]:
     """The block of lines that ends the mission on the terminal."""
-    word = {
-        ExitStatus.CAPTURED: "CAPTURED",
-        ExitStatus.NOT_CAPTURED: "NOT CAPTURED",
-        ExitStatus.FAULT: "FAULT",
-    }.get(exit_status(record), "ENDED EARLY")
-    lines = ["", f"  {word}   {content['verdict']}", ""]
+    lines = ["", f"  {_headline(record)}   {content['verdict']}", ""]
     lines += [f"    {name:<18} {text}" for name, text in _rows(record, content)]
     for title, entries in (("faults", record.faults[1:]), ("warnings", record.warnings)):
         if entries:
@@ -218,6 +213,14 @@ def describe(record: FlightRecord, content: dict[str, Any], folder: Path, analys
     lines += ["", f"    {'recording':<18} {folder / 'bag'}", f"    {'outcome':<18} {folder / FILE_NAME}"]
     lines += [f"    {'logs':<18} {folder / 'logs'}", f"    {'look at it with':<18} {analyse_command}", ""]
     return lines
+
+
+def _headline(record: FlightRecord) -> str:
+    status, final = exit_status(record), record.final
+    if status == ExitStatus.NOT_CAPTURED and not math.isfinite(final.cqi):
+        return "DOCKED" if final.locked_pairs >= final.required_locked_pairs else "NOT DOCKED"
+    words = {ExitStatus.CAPTURED: "CAPTURED", ExitStatus.NOT_CAPTURED: "NOT CAPTURED", ExitStatus.FAULT: "FAULT"}
+    return words.get(status, "ENDED EARLY")
 
 
 def _rows(record: FlightRecord, content: dict[str, Any]) -> Iterable[tuple[str, str]]:

@@ -13,7 +13,6 @@ from .outcome import FlightRecord
 
 _LIVE_PERIOD_S = 0.2
 _PHASE_TEXT = {
-    Phase.WAITING: "waiting",
     Phase.ARMED: "armed: the MUs fetch their aiming points",
     Phase.DEPLOYING: "launch: the MUs pull the net open",
     Phase.CLOSING: "trigger: the net closes",
@@ -54,9 +53,10 @@ class Display:
 
     def flight(self, record: FlightRecord) -> None:
         """Show where the mission stands, as often as it helps."""
-        if record.state is not None and record.phase != self._phase:
+        if record.phase != self._phase:
             self._phase = record.phase
-            self.note(_phase_line(record))
+            if record.phase in _PHASE_TEXT:
+                self.note(_phase_line(record))
         if not record.launched or record.phase.over:
             return
         if self._live:
@@ -79,15 +79,15 @@ class Display:
 
 
 def flight_line(record: FlightRecord) -> str:
-    """Time, phase, distance, tracking error, fuel, locked pairs in one line."""
-    statuses = record.statuses.values()
+    """Time, phase, distance, tracking error, fuel, locked pairs in one line that fits into 80 columns."""
+    statuses, progress = record.statuses.values(), record.progress
     parts = [f"{record.time_s or 0.0:6.1f} s", f"{record.phase.name:<9}"]
-    if record.progress is not None:
-        parts.append(f"net to debris {_figure(record.progress.net_debris_distance, 6, 2)} m")
-    parts.append(f"tracking error {_figure(max((s.tracking_error for s in statuses), default=math.nan), 5, 2)} m")
-    parts.append(f"fuel {sum(s.fuel for s in statuses):6.3f} kg")
-    if record.progress is not None:
-        parts.append(f"locked {record.progress.locked_pairs}/{record.progress.max_locked_pairs}")
+    if progress is not None:
+        parts.append(f"distance {_figure(progress.net_debris_distance, 5, 2)} m")
+    parts.append(f"error {_figure(max((s.tracking_error for s in statuses), default=math.nan), 4, 2)} m")
+    parts.append(f"fuel {sum(s.fuel for s in statuses):5.3f} kg")
+    if progress is not None:
+        parts.append(f"pairs {progress.locked_pairs}/{progress.max_locked_pairs}")
     if record.lost_controllers:
         parts.append("lost: " + ", ".join(f"MU {mu}" for mu in sorted(record.lost_controllers)))
     return "  ".join(parts)

@@ -21,7 +21,8 @@ from .supervisor_settings import SupervisorParameters
 
 TAIL_LINES = 15
 _POLL_S = 0.01
-_KILL_PATIENCE_S = 0.5
+_KILL_PATIENCE_S = 0.2
+_NO_HURRY = 3.0  # times the patience where nobody waits for the end
 
 _KEPT = (
     "PATH",
@@ -195,10 +196,13 @@ class Supervisor:
         """Remember which shared-memory segments the living nodes hold, to clean up after those that get killed."""
         self._segments |= shared_memory.held_by(self.pids.values())
 
-    def stop(self) -> list[Exit]:
+    def stop(self, hurry: bool = True) -> list[Exit]:
         """End all processes: SIGINT, then SIGTERM, then SIGKILL; those marked ``last`` after the others.
 
         Bounded by the parameters' patience; may be called again.
+
+        Args:
+            hurry: false gives slow machines more time.
 
         Returns:
             How each process ended that was alive before.
@@ -208,15 +212,10 @@ class Supervisor:
         self.deaths()
         before = set(self.pids)
         self.note_shared_memory()
-        p = self.parameters
-        self._end(
-            [name for name in before if not self._processes[name][0].last],
-            p.interrupt_patience_s,
-            p.terminate_patience_s,
-        )
-        self._end(
-            [name for name in before if self._processes[name][0].last], p.recorder_patience_s, p.terminate_patience_s
-        )
+        p, times = self.parameters, 1.0 if hurry else _NO_HURRY
+        for last, patience in ((False, p.interrupt_patience_s), (True, p.recorder_patience_s)):
+            names = [name for name in before if self._processes[name][0].last == last]
+            self._end(names, times * patience, times * p.terminate_patience_s)
         os.close(self._write_end)
         os.close(self._read_end)
         self._read_end = self._write_end = None

@@ -2,15 +2,27 @@
 
 That a third party sees both ends of a topic does not mean that they see each other, and what is published before they
 do is lost. So every node tells on ``/NODE/connections`` (std_srvs/Trigger) how many subscribers each of its publishers
-has; whoever starts a mission asks before the first tick.
+has, and which process it is; whoever starts a mission asks before the first tick.
 """
 
 from __future__ import annotations
 
 import json
+import os
+from dataclasses import dataclass
 
 from rclpy.node import Node
 from std_srvs.srv import Trigger
+
+
+@dataclass(frozen=True)
+class Connections:
+    """What a node knows of its own place in the graph."""
+
+    pid: int
+    """Process id of the node."""
+    subscribers: dict[str, int]
+    """Subscribers that each of its publishers has found, by topic."""
 
 
 def service_name(node: str) -> str:
@@ -23,19 +35,21 @@ def serve_connections(node: Node) -> None:
 
     def tell(_, response: Trigger.Response) -> Trigger.Response:
         counts = {publisher.topic_name: publisher.get_subscription_count() for publisher in node.publishers}
-        response.success, response.message = True, json.dumps(counts)
+        response.success, response.message = True, json.dumps({"pid": os.getpid(), "subscribers": counts})
         return response
 
     node.create_service(Trigger, service_name(node.get_name()), tell)
 
 
-def read_connections(response: Trigger.Response) -> dict[str, int]:
-    """Subscribers by topic, from a service's answer.
+def read_connections(response: Trigger.Response) -> Connections:
+    """What a service answered.
 
     Raises:
         ValueError: when it is no such answer.
     """
-    counts = json.loads(response.message)
-    if not isinstance(counts, dict):
-        raise ValueError(f"not a mapping from topics to numbers: {response.message}")
-    return {str(topic): int(count) for topic, count in counts.items()}
+    try:
+        content = json.loads(response.message)
+        counts = {str(topic): int(count) for topic, count in content["subscribers"].items()}
+        return Connections(int(content["pid"]), counts)
+    except (ValueError, TypeError, KeyError, AttributeError) as error:
+        raise ValueError(f"no answer of a connections service: {response.message!r}") from error

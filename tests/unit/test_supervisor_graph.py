@@ -1,0 +1,76 @@
+from tethernet_bringup.graph import Endpoint, GraphCheck, expected
+
+
+class Graph:
+    """A graph in which every expected endpoint is there."""
+
+    def __init__(self, endpoints):
+        self.endpoints = list(endpoints)
+
+    def publishers(self, topic):
+        return [e.node for e in self.endpoints if e.topic == topic and e.publishes]
+
+    def subscribers(self, topic):
+        return [e.node for e in self.endpoints if e.topic == topic and not e.publishes]
+
+    def check(self, wanted):
+        return GraphCheck(wanted, self.publishers, self.subscribers)
+
+
+def test_a_mission_needs_every_controller_heard_by_simulator_planner_and_recorder():
+    endpoints = expected(8, (), simulated=True)
+    assert len(endpoints) == len(set(endpoints))
+    for mu in range(1, 9):
+        assert Endpoint(f"/mu{mu}/odom", "sim", True) in endpoints
+        assert Endpoint(f"/mu{mu}/thrust", "sim", False) in endpoints
+        assert Endpoint(f"/mu{mu}/thrust", "recorder", False) in endpoints
+        assert Endpoint(f"/mu{mu}/status", "planner", False) in endpoints
+
+
+def test_the_odometry_of_an_external_mu_is_somebody_elses():
+    endpoints = expected(4, (3,), simulated=True)
+    assert Endpoint("/mu3/odom", "sim", True) not in endpoints
+    assert Endpoint("/mu3/odom", "sim", False) in endpoints
+    assert Endpoint("/mu3/odom", "recorder", False) in endpoints
+
+
+def test_without_a_simulator_nobody_is_expected_to_simulate():
+    endpoints = expected(8, range(1, 9), simulated=False)
+    assert not any(endpoint.node == "sim" for endpoint in endpoints)
+    assert not any(endpoint.topic == "/net/state" for endpoint in endpoints)
+
+
+def test_what_is_missing_is_named():
+    wanted = expected(4, (), simulated=True)
+    gone = Endpoint("/mu3/odom", "mu3_controller", False)
+    graph = Graph(endpoint for endpoint in wanted if endpoint != gone)
+    check = graph.check(wanted)
+    assert not check.update()
+    assert check.describe() == "mu3_controller does not subscribe to /mu3/odom"
+    assert check.waiting_for == "mu3_controller"
+    graph.endpoints.append(gone)
+    assert check.update()
+    assert check.describe() == ""
+
+
+def test_a_long_list_is_cut_short():
+    check = Graph([]).check(expected(8, (), simulated=True))
+    assert not check.update()
+    assert "in all" in check.describe()
+    assert len(check.describe()) < 500
+
+
+def test_a_second_publisher_is_a_stranger():
+    wanted = expected(4, (), simulated=True)
+    graph = Graph(wanted)
+    assert graph.check(wanted).strangers() == {}
+    graph.endpoints.append(Endpoint("/mission/state", "planner", True))
+    assert graph.check(wanted).strangers() == {"/mission/state": ["planner", "planner"]}
+
+
+def test_audiences_count_all_subscribers():
+    audiences = Graph([]).check(expected(8, (), simulated=True)).audiences()
+    assert audiences["sim"]["/mu3/odom"] == 2
+    assert audiences["mu3_controller"]["/mu3/thrust"] == 2
+    assert audiences["planner"]["/mission/state"] == 8 + 4
+    assert "recorder" not in audiences
