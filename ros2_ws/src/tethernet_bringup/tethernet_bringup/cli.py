@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import shlex
 import subprocess
 import sys
 import time
@@ -32,7 +33,8 @@ def main(argv: Sequence[str] | None = None) -> int:
         return int(exit_.code or 0)
     if options.setup_only:
         return ExitStatus.CAPTURED
-    sys.stdout.reconfigure(errors="backslashreplace")
+    if hasattr(sys.stdout, "reconfigure"):  # a folder's name may hold what the terminal cannot show
+        sys.stdout.reconfigure(errors="backslashreplace")
     with Interrupts() as interrupts:
         status = _run(options, interrupts, began)
     _detach_closed(sys.stdout)
@@ -71,7 +73,7 @@ def _run(options, interrupts: Interrupts, began: float) -> ExitStatus:
     record = FlightRecord(mu_count=setup.mu_count, seed=setup.scenario.seed, policy=setup.policy, commit=commit)
     # This process is part of the graph too: it finds the nodes under the same environment.
     environment = mission_environment(options.domain_id, options.discovery, folder.logs)
-    os.environ.clear()
+    os.environ.pop("ROS_LOCALHOST_ONLY", None)
     os.environ.update(environment)
     plan = FlightPlan(
         processes=mission_processes(setup, folder),
@@ -80,7 +82,7 @@ def _run(options, interrupts: Interrupts, began: float) -> ExitStatus:
         simulated=setup.simulated,
         domain_id=options.domain_id,
         external_timeout_s=options.external_timeout,
-        parameters=setup.supervisor,
+        parameters=setup.patience,
     )
     with Supervisor(folder.logs, environment, setup.supervisor) as supervisor:
         Flight(plan, supervisor, interrupts, record, display, began).fly()
@@ -94,7 +96,9 @@ def _run(options, interrupts: Interrupts, began: float) -> ExitStatus:
         write(folder.path, content)
     except OSError as error:
         record.faults.append(f"cannot write {folder.path / 'outcome.json'}: {error.strerror or error}")
-    display.note("\n".join(describe(record, content, folder.path, f"python analyse_mission.py {folder.path}")))
+    display.note(
+        "\n".join(describe(record, content, folder.path, f"python analyse_mission.py {shlex.quote(str(folder.path))}"))
+    )
     status = exit_status(record)
     if status == ExitStatus.FAULT:
         _refuse(status, content["verdict"])

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 import time
+import traceback
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -76,6 +77,7 @@ class Flight:
     def fly(self) -> None:
         """Fly the mission; faults and interrupts end up in the record, and no process stays behind."""
         try:
+            self._interrupts.check()
             self._supervisor.start_all(self._plan.processes)
             self._interrupts.check()
             from .monitor_node import Monitor  # rclpy loads while the nodes start
@@ -92,6 +94,10 @@ class Flight:
             self._fault(str(fault))
         except OSError as error:
             self._fault(f"cannot start the nodes: {error}")
+        except Exception as error:  # not foreseen: end in order all the same, and keep what a developer needs
+            log = self._supervisor.log_folder / "run_mission.log"
+            log.write_text("".join(traceback.format_exception(error)), encoding="utf-8")
+            self._fault(f"{type(error).__name__}: {error} (traceback in {log})")
         finally:
             self._end()
 

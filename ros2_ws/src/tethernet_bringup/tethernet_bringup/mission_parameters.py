@@ -64,6 +64,18 @@ class MissionSetup:
         """4 or 8."""
         return self.scenario.mu_count
 
+    @property
+    def patience(self) -> SupervisorParameters:
+        """The supervisor's patience on top of that of the nodes, which wait for each other themselves."""
+        planner, sim = self.nodes[PLANNER], self.nodes[SIM]
+        return dataclasses.replace(
+            self.supervisor,
+            launch_timeout_s=self.supervisor.launch_timeout_s
+            + planner["plan_timeout_s"]
+            + planner["confirm_timeout_s"],
+            silence_timeout_s=self.supervisor.silence_timeout_s + sim["answer_timeout_s"],
+        )
+
     def recorded_in(self, bag: Path, run_info: Path) -> MissionSetup:
         """The same mission, recorded in this folder with the facts from this JSON file."""
         recorder = {**self.nodes[RECORDER], "output": str(bag), "run_info": str(run_info)}

@@ -74,7 +74,7 @@ class Display:
         try:
             self._stream.write(text)
             self._stream.flush()
-        except (BrokenPipeError, ValueError):  # the reader is gone; the mission matters more
+        except (OSError, ValueError):  # the reader is gone; the mission matters more
             self._write = lambda _: None
 
 

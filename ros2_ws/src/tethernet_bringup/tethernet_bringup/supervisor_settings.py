@@ -17,10 +17,13 @@ class SupervisorParameters:
 
     graph_timeout_s: float = parameter("Wait so long for all nodes to find each other", unit="s", low=1.0, high=600.0)
     launch_timeout_s: float = parameter(
-        "Wait so long for the launch once the planner was told to start", unit="s", low=1.0, high=600.0
+        "Wait so long for the launch once the planner was told to start, besides its own waiting for the controllers",
+        unit="s",
+        low=1.0,
+        high=600.0,
     )
     silence_timeout_s: float = parameter(
-        "A mission of which nothing new is heard for so long has failed; longer than a lost controller is waited for",
+        "A mission of which nothing new is heard for so long has failed; waiting for a lost controller is not counted",
         unit="s", low=1.0, high=600.0,
     )  # fmt: skip
     verdict_timeout_s: float = parameter(
