@@ -1,0 +1,41 @@
+"""The command line of ``analyse_mission.py``: standard library only, so that bad usage is refused before any set-up."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Sequence
+from pathlib import Path
+
+PROGRAM = "analyse_mission.py"
+FORMATS = ("png", "svg", "pdf")
+
+EXIT_STATUS = "exit status: 0 done, 1 no bag, or one that cannot be analysed (the reason is printed), 2 bad usage"
+
+
+def parse(argv: Sequence[str]) -> argparse.Namespace:
+    """Read the command line.
+
+    Args:
+        argv: the words after the program's name.
+
+    Raises:
+        SystemExit: status 2 for bad usage, with a message on stderr; 0 for --help.
+    """
+    parser = argparse.ArgumentParser(
+        prog=PROGRAM,
+        description="Make a table and pictures from the bag of a mission, whole or torn.",
+        epilog=EXIT_STATUS,
+        allow_abbrev=False,
+    )
+    add = parser.add_argument
+    add("bag", type=Path, metavar="BAG", help="a run's folder, a bag's folder, or a .mcap file; it is only read")
+    add("--output", type=Path, metavar="DIR", help="folder for the pictures; default: analysis in the run's folder")
+    add("--format", choices=FORMATS, default="png", help="of the pictures; default png")
+    add("--json", action="store_true", help="write the table to DIR/analysis.json, too")
+    add("--no-plots", action="store_true", help="the table only")
+    add(
+        "--salvage",
+        action="store_true",
+        help="rewrite a torn bag into a whole one in DIR (default: BAG_salvaged), and do nothing else",
+    )
+    return parser.parse_args(list(argv))

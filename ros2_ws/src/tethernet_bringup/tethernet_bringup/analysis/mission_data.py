@@ -1,0 +1,349 @@
+"""A recorded mission as series of numbers over time, read from a bag in bounded memory.
+
+The bag is read once for the series, and :mod:`tethernet_bringup.analysis.snapshots` reads it again for the few
+moments at which the whole net is looked at. Times count from the launch [s]; where no launch is recorded, from the
+first message.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from array import array
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+import yaml
+
+from tethernet_control.mission import Phase
+from tethernet_control.ros import topics
+from tethernet_control.settings import NANOSECOND_S
+
+from ..bag_errors import NotABagError
+from ..bag_reader import BagMessage, BagReader
+from ..bag_writer import RUN_INFO_RECORD
+from .decoder import Decoder
+
+_MU_TOPIC = re.compile(r"/mu(\d+)/(odom|thrust|status)$")
+_DEFAULT_RADIUS_M, _DEFAULT_LENGTH_M = 1.95, 11.1
+
+
+class Series:
+    """Rows of numbers over time, collected one by one."""
+
+    def __init__(self, width: int):
+        self._width = width
+        self._stamps = array("q")
+        self._values = array("d")
+
+    def add(self, stamp_ns: int, *values: float) -> None:
+        """Add one row.
+
+        Args:
+            stamp_ns: [ns]
+            values: as many as the series is wide.
+        """
+        self._stamps.append(stamp_ns)
+        self._values.extend(values)
+
+    def __len__(self) -> int:
+        return len(self._stamps)
+
+    @property
+    def stamps(self) -> np.ndarray:
+        """Stamps, shape (n,) [ns]."""
+        return np.array(self._stamps, dtype=np.int64)
+
+    @property
+    def values(self) -> np.ndarray:
+        """Values, shape (n, width)."""
+        return np.array(self._values).reshape(-1, self._width)
+
+    def sorted(self) -> tuple[np.ndarray, np.ndarray]:
+        """Stamps and values in the order of time, finite rows only, the last of several with one stamp."""
+        stamps, values = self.stamps, self.values
+        good = np.isfinite(values).all(axis=1)
+        stamps, values = stamps[good], values[good]
+        order = np.argsort(stamps, kind="stable")
+        stamps, values = stamps[order], values[order]
+        last = np.append(np.diff(stamps) > 0, True) if len(stamps) else np.zeros(0, bool)
+        return stamps[last], values[last]
+
+    @property
+    def nonfinite(self) -> int:
+        """Rows with NaN or infinity."""
+        return int((~np.isfinite(self.values).all(axis=1)).sum())
+
+
+@dataclass
+class MuData:
+    """What is recorded of one MU."""
+
+    measured: Series = field(default_factory=lambda: Series(3))
+    """Position by its odometry [m]."""
+    thrust: Series = field(default_factory=lambda: Series(3))
+    """Commanded force [N]."""
+    plan: Series = field(default_factory=lambda: Series(4))
+    """Desired position [m], and 1 where it is being flown to, else 0."""
+    fuel: Series = field(default_factory=lambda: Series(1))
+    """Used since launch [kg]."""
+    status: Any = None
+    """The newest MuStatus."""
+
+
+@dataclass(frozen=True)
+class Assessment:
+    """One CaptureAssessment, the newest of its stage."""
+
+    time_ns: int
+    message: Any
+
+
+@dataclass(frozen=True)
+class PhaseChange:
+    """The mission entered a phase."""
+
+    time_ns: int
+    phase: Phase
+    reason: str
+
+
+@dataclass
+class TopicCount:
+    """How completely a topic is recorded."""
+
+    type_name: str
+    times: array = field(default_factory=lambda: array("q"))
+    """Log times [ns]."""
+    never_arrived: int = 0
+    """Messages that the publisher counted and the recorder did not get."""
+    newest: int = -1
+    shared: bool = False
+    """Several publishers: their counters say nothing."""
+
+    def count(self, log_time: int, sequence: int) -> None:
+        """Count one message."""
+        self.times.append(log_time)
+        if sequence < self.newest:
+            self.shared = True
+        elif 0 <= self.newest < sequence - 1:
+            self.never_arrived += sequence - 1 - self.newest
+        self.newest = sequence
+
+
+@dataclass
+class MissionData:
+    """A mission as recorded."""
+
+    facts: dict[str, str] = field(default_factory=dict)
+    """What the recorder was told of the run: seed, commit, mus, policy, pace, parameters."""
+    mus: dict[int, MuData] = field(default_factory=dict)
+    """By number, from 1."""
+    phases: list[PhaseChange] = field(default_factory=list)
+    states: list[Any] = field(default_factory=list)
+    """Newest MissionState of each sequence."""
+    assessments: Series = field(default_factory=lambda: Series(2))
+    """CQI (NaN where unmeasured) and locked pairs."""
+    distances: Series = field(default_factory=lambda: Series(1))
+    """Net to debris by the assessor [m]."""
+    final: Assessment | None = None
+    trigger: Assessment | None = None
+    newest_assessment: Any = None
+    debris: Series = field(default_factory=lambda: Series(7))
+    """Position [m] and attitude x y z w."""
+    chaser: Series = field(default_factory=lambda: Series(7))
+    net: Series = field(default_factory=lambda: Series(3))
+    """The net's centre of mass [m]."""
+    truth: dict[int, Series] = field(default_factory=dict)
+    """True positions of the MUs [m], where a simulator told them."""
+    net_stamps: array = field(default_factory=lambda: array("q"))
+    """Of every /net/state in the order of the bag [ns]."""
+    topics: dict[str, TopicCount] = field(default_factory=dict)
+    problems: list[str] = field(default_factory=list)
+    """What is wrong with the bag."""
+    undecodable: dict[str, int] = field(default_factory=dict)
+    """Messages that do not fit their type, by topic."""
+
+    @property
+    def mu_count(self) -> int:
+        """4 or 8 as the mission's state or the run's facts tell; else what MUs there are."""
+        if self.states and self.states[-1].mu_count:
+            return int(self.states[-1].mu_count)
+        if self.facts.get("mus", "").isdigit():
+            return int(self.facts["mus"])
+        return max(self.mus, default=0)
+
+    @property
+    def origin_ns(self) -> int:
+        """The launch, or the first message where there is none [ns]."""
+        for change in self.phases:
+            if change.phase == Phase.DEPLOYING:
+                return change.time_ns
+        return min((topic.times[0] for topic in self.topics.values() if topic.times), default=0)
+
+    @property
+    def end_ns(self) -> int:
+        """The last message [ns]."""
+        return max((max(topic.times) for topic in self.topics.values() if topic.times), default=0)
+
+    @property
+    def closing_ns(self) -> int | None:
+        """When closing began [ns]; None if it did not."""
+        return next((change.time_ns for change in self.phases if change.phase == Phase.CLOSING), None)
+
+    def seconds(self, stamps_ns) -> np.ndarray:
+        """Time since the launch [s]."""
+        return (np.asarray(stamps_ns) - self.origin_ns) * NANOSECOND_S
+
+    @property
+    def debris_size(self) -> tuple[float, float]:
+        """Radius and length of the debris [m], as the run's parameters say, else those of the paper."""
+        radius, length = (
+            find_number(self.parameters, "debris_radius_m"),
+            find_number(self.parameters, "debris_length_m"),
+        )
+        return radius or _DEFAULT_RADIUS_M, length or _DEFAULT_LENGTH_M
+
+    @property
+    def parameters(self) -> Any:
+        """The run's parameters as nested mappings; empty where unknown."""
+        try:
+            return yaml.load(self.facts.get("parameters", ""), getattr(yaml, "CSafeLoader", yaml.SafeLoader)) or {}
+        except yaml.YAMLError:
+            return {}
+
+
+def load(bag: BagReader) -> MissionData:
+    """Read the series.
+
+    Args:
+        bag: whole or torn.
+
+    Raises:
+        NotABagError: when there is no message in it, or none of a mission's topics.
+        BagError: when it cannot be read.
+    """
+    data = MissionData()
+    reader = _Reader(bag, data)
+    for message in bag.messages():
+        reader.take(message)
+    data.problems = list(bag.problems)
+    data.facts = bag.metadata.get(RUN_INFO_RECORD, {})
+    for name in bag.topics:
+        data.topics.setdefault(name, TopicCount(bag.topics[name].message_type.name))
+    if not any(topic.times for topic in data.topics.values()):
+        raise NotABagError(f"not one message is in {bag.files[0]} ({'; '.join(data.problems) or 'it is empty'})")
+    if not reader.used:
+        named = ", ".join(sorted(data.topics)[:8])
+        raise NotABagError(f"{bag.files[0]} holds no mission: none of its topics is one of ours; it has {named}")
+    return data
+
+
+class _Reader:
+    def __init__(self, bag: BagReader, data: MissionData):
+        self._bag = bag
+        self._data = data
+        self._decode = Decoder()
+        self.used = 0
+        self._takers = {
+            topics.MISSION_STATE: self._state,
+            topics.CAPTURE_ASSESSMENT: self._assessment,
+            topics.NET_STATE: self._net,
+            topics.DEBRIS_ODOMETRY: lambda message: self._body(self._data.debris, message),
+            topics.CHASER_ODOMETRY: lambda message: self._body(self._data.chaser, message),
+        }
+
+    def take(self, message: BagMessage) -> None:
+        data = self._data
+        if message.topic not in data.topics:
+            data.topics[message.topic] = TopicCount(self._bag.topics[message.topic].message_type.name)
+        data.topics[message.topic].count(message.log_time, message.sequence)
+        taker = self._takers.get(message.topic)
+        if taker is None:
+            found = _MU_TOPIC.match(message.topic)
+            if not found:
+                return
+            taker = self._takers[message.topic] = self._mu_taker(int(found[1]), found[2])
+        try:
+            taker(self._decode(self._bag.topics[message.topic].message_type, message.data))
+            self.used += 1
+        except (ValueError, AttributeError):  # damaged, or a topic of ours with another type
+            data.undecodable[message.topic] = data.undecodable.get(message.topic, 0) + 1
+
+    def _mu_taker(self, mu: int, what: str):
+        series = self._data.mus.setdefault(mu, MuData())
+
+        def odometry(message) -> None:
+            series.measured.add(_stamp(message), *_xyz(message.pose.pose.position))
+
+        def thrust(message) -> None:
+            series.thrust.add(_stamp(message), *_xyz(message.wrench.force))
+
+        def status(message) -> None:
+            stamp = _stamp(message)
+            series.plan.add(stamp, *_xyz(message.desired_position), float(message.mode in (1, 2)))
+            series.fuel.add(stamp, message.fuel)
+            series.status = message
+
+        return {"odom": odometry, "thrust": thrust, "status": status}[what]
+
+    def _state(self, message) -> None:
+        data = self._data
+        if data.states and data.states[-1].sequence == message.sequence:
+            data.states[-1] = message
+            return
+        data.states.append(message)
+        phase = Phase(message.phase)
+        time = {Phase.DEPLOYING: message.launch_time, Phase.CLOSING: message.closing_time}.get(
+            phase, message.header.stamp
+        )
+        data.phases.append(PhaseChange(_nanoseconds(time), phase, message.reason))
+
+    def _assessment(self, message) -> None:
+        data, stamp = self._data, _stamp(message)
+        data.newest_assessment = message
+        # Series leaves out rows with NaN: where the quality cannot be measured, pairs are still worth a line.
+        data.assessments.add(stamp, message.cqi if math.isfinite(message.cqi) else -1.0, message.locked_pairs)
+        data.distances.add(stamp, message.net_debris_distance)
+        if message.stage == 1:
+            data.trigger = Assessment(stamp, message)
+        elif message.stage == 2:
+            data.final = Assessment(stamp, message)
+
+    def _net(self, message) -> None:
+        stamp = _stamp(message)
+        self._data.net_stamps.append(stamp)
+        self._data.net.add(stamp, *_xyz(message.center_of_mass))
+        positions = np.asarray(message.mu_positions, dtype=float)
+        for mu in range(len(positions) // 3):
+            self._data.truth.setdefault(mu + 1, Series(3)).add(stamp, *positions[3 * mu : 3 * mu + 3])
+
+    @staticmethod
+    def _body(series: Series, message) -> None:
+        turn = message.pose.pose.orientation
+        series.add(_stamp(message), *_xyz(message.pose.pose.position), turn.x, turn.y, turn.z, turn.w)
+
+
+def _nanoseconds(stamp) -> int:
+    return stamp.sec * 1_000_000_000 + stamp.nanosec
+
+
+def _stamp(message) -> int:
+    return _nanoseconds(message.header.stamp)
+
+
+def _xyz(point) -> tuple[float, float, float]:
+    return point.x, point.y, point.z
+
+
+def find_number(tree: Any, key: str) -> float | None:
+    """The first number of this name in nested mappings."""
+    if isinstance(tree, dict):
+        value = tree.get(key)
+        if isinstance(value, int | float) and value > 0:
+            return float(value)
+        for branch in tree.values():
+            if (found := find_number(branch, key)) is not None:
+                return found
+    return None

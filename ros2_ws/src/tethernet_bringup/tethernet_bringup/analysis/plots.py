@@ -1,0 +1,160 @@
+"""Curves over the mission: tracking error and distance (the paper's figure), thrust, fuel, capture quality."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from tethernet_control.mission import Phase
+
+from .evaluation import curve, error_source, net_distance, quality, thrust_curve, tracking_error
+from .mission_data import MissionData, find_number
+from .scene import mu_color
+
+_AXIS_COLORS = ("#D55E00", "#009E73", "#0072B2")
+_CQI_SHOWN = 12.0
+_DEFAULT_THRESHOLD = 2.5
+
+
+def mark_phases(axes, data: MissionData, *, named: bool = True) -> None:
+    """Lines where closing begins and where the mission ends.
+
+    Args:
+        axes: with the time since launch along x [s].
+        data: the mission.
+        named: write the names at the top.
+    """
+    for change in data.phases:
+        if change.phase not in (Phase.CLOSING, Phase.COMPLETE, Phase.MISSED, Phase.ABORTED):
+            continue
+        time = float(data.seconds(change.time_ns))
+        axes.axvline(time, color="black", linewidth=0.8, linestyle=":", zorder=1)
+        if named:
+            name = {Phase.CLOSING: "trigger", Phase.COMPLETE: "end"}.get(change.phase, change.phase.name.lower())
+            axes.annotate(
+                name, (time, 1.0), xycoords=("data", "axes fraction"), xytext=(-2, -3), textcoords="offset points",
+                ha="right", va="top", fontsize=8, rotation=90,
+            )  # fmt: skip
+
+
+def tracking(axes, data: MissionData) -> None:
+    """Position error of each MU (left) and distance of net and debris (right) over time."""
+    for mu in sorted(data.mus):
+        error = tracking_error(data, mu)
+        if error.known:
+            axes.plot(error.time_s, error.value, color=mu_color(mu), linewidth=1.0, label=f"MU {mu}")
+    axes.set_ylabel("position error of the MUs [m]")
+    axes.set_ylim(bottom=0.0)
+    _time_axis(axes, data)
+    axes.set_title(f"Position error ({error_source(data)}) and distance to the debris", fontsize=10, loc="left")
+    distance = net_distance(data)
+    if distance.known:
+        right = axes.twinx()
+        right.plot(distance.time_s, distance.value, color="black", linewidth=1.8, linestyle="--")
+        right.set_ylabel("distance of net and debris [m]")
+        right.set_ylim(bottom=0.0)
+        axes.plot([], [], color="black", linewidth=1.8, linestyle="--", label="net to debris")  # for the one legend
+    if axes.get_legend_handles_labels()[0]:
+        # Left of the trigger and above the falling distance there is always room.
+        share = 1.0 if data.closing_ns is None else float(data.seconds(data.closing_ns)) / axes.get_xlim()[1]
+        axes.legend(loc="upper right", bbox_to_anchor=(share - 0.02, 1.0), ncols=2, fontsize=8, frameon=False)
+    mark_phases(axes, data)
+
+
+def thrust(figure, data: MissionData) -> None:
+    """Commanded force per axis, one panel for each MU."""
+    mus = sorted(mu for mu, series in data.mus.items() if len(series.thrust))
+    columns = 2 if len(mus) > 1 else 1
+    panels = figure.subplots(-(-len(mus) // columns), columns, sharex=True, sharey=True, squeeze=False)
+    limit = find_number(data.parameters, "thrust_limit_n")
+    for panel, mu in zip(panels.flat, mus, strict=False):
+        force = thrust_curve(data, mu)
+        for axis, color in enumerate(_AXIS_COLORS):
+            panel.step(
+                force.time_s,
+                force.value[:, axis],
+                where="post",
+                color=color,
+                linewidth=0.7,
+                label="xyz"[axis],
+                alpha=0.85,
+            )
+        for sign in (-1.0, 1.0):
+            if limit:
+                panel.axhline(sign * limit, color="gray", linewidth=0.7, linestyle="--")
+        panel.set_title(f"MU {mu}", fontsize=9, loc="left", color=mu_color(mu), fontweight="bold")
+        mark_phases(panel, data, named=mu == mus[0])
+        panel.grid(alpha=0.25)
+    for panel in panels.flat[len(mus) :]:
+        panel.set_visible(False)
+    lines, names = panels.flat[0].get_legend_handles_labels()
+    figure.legend(lines, names, loc="outside upper right", ncols=3, fontsize=9, frameon=False)
+    panels.flat[0].set_xlim(0.0, max(float(data.seconds(data.end_ns)), 0.1))
+    figure.supxlabel("time since launch [s]", fontsize=10)
+    figure.supylabel("commanded thrust [N]" + (", dashed: limit" if limit else ""), fontsize=10)
+
+
+def fuel(axes, data: MissionData) -> None:
+    """Fuel used by each MU over time."""
+    for mu, series in sorted(data.mus.items()):
+        used = curve(data, series.fuel)
+        if used.known:
+            axes.plot(used.time_s, 1e3 * used.value, color=mu_color(mu), linewidth=1.3, label=f"MU {mu}")
+    axes.set_ylabel("fuel used [g]")
+    axes.set_ylim(bottom=0.0)
+    _time_axis(axes, data)
+    axes.set_title("Fuel of each MU", fontsize=10, loc="left")
+    if axes.get_legend_handles_labels()[0]:
+        axes.legend(loc="upper left", ncols=2, fontsize=8, frameon=False)
+    mark_phases(axes, data)
+
+
+def capture(axes, data: MissionData) -> None:
+    """CQI (left) and locked pairs (right) over time."""
+    cqi, pairs = quality(data)
+    threshold = find_number(data.parameters, "cqi_threshold") or _DEFAULT_THRESHOLD
+    if cqi.known:
+        axes.plot(cqi.time_s, cqi.value, color="#0072B2", linewidth=1.6)
+        axes.axhline(threshold, color="#0072B2", linewidth=0.8, linestyle="--")
+        axes.annotate(
+            f"captured below {threshold:g}", (0.02, threshold), xycoords=("axes fraction", "data"), xytext=(0, 2),
+            textcoords="offset points", fontsize=8, color="#0072B2",
+        )  # fmt: skip
+    else:
+        axes.text(0.5, 0.5, "not measured", transform=axes.transAxes, ha="center", color="#0072B2")
+    axes.set_ylabel("CQI [-]", color="#0072B2")
+    axes.set_ylim(0.0, 1.05 * _CQI_SHOWN)
+    _time_axis(axes, data)
+    axes.set_title("Capture quality and locked pairs", fontsize=10, loc="left")
+    right = axes.twinx()
+    judged = data.newest_assessment
+    if len(pairs.time_s):
+        right.step(pairs.time_s, pairs.value, where="post", color="#D55E00", linewidth=1.6)
+        right.axhline(judged.required_locked_pairs, color="#D55E00", linewidth=0.8, linestyle="--")
+        right.annotate(
+            f"at least {judged.required_locked_pairs} needed", (0.02, judged.required_locked_pairs),
+            xycoords=("axes fraction", "data"), xytext=(0, 2), textcoords="offset points", fontsize=8, color="#D55E00",
+        )  # fmt: skip
+        right.set_ylim(0.0, 1.05 * max(judged.max_locked_pairs, 1))
+    right.set_ylabel("locked pairs", color="#D55E00")
+    mark_phases(axes, data)
+
+
+def _time_axis(axes, data: MissionData) -> None:
+    axes.set_xlabel("time since launch [s]")
+    axes.set_xlim(0.0, max(float(data.seconds(data.end_ns)), 0.1))
+    axes.grid(alpha=0.25)
+
+
+def new_figure(width: float, height: float) -> Any:
+    """A figure that needs no display.
+
+    Args:
+        width: [inch]
+        height: [inch]
+    """
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(width, height), layout="constrained")
+    FigureCanvasAgg(figure)
+    return figure

@@ -1,0 +1,319 @@
+"""Draws a snapshot in three dimensions, with whatever is in front hiding what is behind.
+
+matplotlib's own 3-D axes sort whole objects, not their parts: a net round a cylinder then looks like a tangle. Here
+every thread and every facet is projected, sorted by its distance from the eye and painted from back to front. The
+projection is orthographic: lengths compare across the picture, and one scale bar is true for all of it.
+"""
+
+from __future__ import annotations
+
+import itertools
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from tethernet_control.layout import DESIGNS
+
+from .snapshots import Snapshot
+
+# Okabe and Ito's colours: told apart by everybody, in print too.
+MU_COLORS = ("#0072B2", "#E69F00", "#009E73", "#D55E00", "#56B4E9", "#CC79A7", "#8C6D00", "#444444")
+_NET_NEAR, _NET_FAR = np.array([0.05, 0.15, 0.35]), np.array([0.62, 0.70, 0.82])
+_DEBRIS, _CHASER, _TETHER = np.array([0.80, 0.76, 0.70]), np.array([0.93, 0.80, 0.45]), "#7a5c00"
+_LIGHT = np.array([0.55, 0.80, -0.10])
+_CHASER_SIDE_M = 1.5
+_MARKER = 0.012  # drawn radius of an MU, in sizes of the picture: itself it would hardly be seen
+_SIDES, _RINGS = 48, 24
+
+
+def mu_color(mu: int) -> str:
+    """The colour of an MU, the same in all pictures."""
+    return MU_COLORS[(mu - 1) % len(MU_COLORS)]
+
+
+@dataclass(frozen=True)
+class Camera:
+    """Looks from far away along one direction."""
+
+    towards_eye: tuple[float, float, float] = (0.80, 0.50, -0.33)
+    """From the scene to the eye; the flight along -z then goes from left to right, and y is up."""
+
+    @property
+    def axes(self) -> np.ndarray:
+        """Rows: right and up on the screen, and towards the eye; shape (3, 3)."""
+        eye = np.array(self.towards_eye) / np.linalg.norm(self.towards_eye)
+        right = np.cross((0.0, 1.0, 0.0), eye)
+        right /= np.linalg.norm(right)
+        return np.stack([right, np.cross(eye, right), eye])
+
+    def project(self, points: np.ndarray) -> np.ndarray:
+        """Points (..., 3) [m] as right, up, nearness (..., 3) [m]."""
+        return np.asarray(points, dtype=float) @ self.axes.T
+
+
+@dataclass
+class _Painting:
+    camera: Camera
+    depths: list[float] = field(default_factory=list)
+    shapes: list[np.ndarray] = field(default_factory=list)
+    faces: list[Any] = field(default_factory=list)
+    edges: list[Any] = field(default_factory=list)
+    widths: list[float] = field(default_factory=list)
+
+    def line(self, a: np.ndarray, b: np.ndarray, color, width: float, nearer: float = 0.0) -> None:
+        """A thread. ``nearer`` [m] lifts it off the surface that it lies on."""
+        ends = self.camera.project(np.stack([a, b]))
+        self._add(float(ends[:, 2].mean()) + nearer, ends[:, :2], "none", color, width)
+
+    def face(self, corners: np.ndarray, color, nearer: float = 0.0) -> None:
+        seen = self.camera.project(corners)
+        self._add(float(seen[:, 2].mean()) + nearer, seen[:, :2], color, color, 0.7)
+
+    def disc(self, center: np.ndarray, radius: float, color) -> None:
+        x, y, depth = self.camera.project(center)
+        angle = np.linspace(0.0, 2.0 * np.pi, 25)
+        outline = np.stack([x + radius * np.cos(angle), y + radius * np.sin(angle)], axis=1)
+        self._add(float(depth) + 0.5, outline, color, "black", 0.6)
+
+    def finish(self, axes) -> None:
+        from matplotlib.collections import PolyCollection
+
+        order = np.argsort(self.depths, kind="stable")
+        axes.add_collection(
+            PolyCollection(
+                [self.shapes[i] for i in order],
+                facecolors=[self.faces[i] for i in order],
+                edgecolors=[self.edges[i] for i in order],
+                linewidths=[self.widths[i] for i in order],
+                closed=False,
+                capstyle="round",
+            )
+        )
+
+    def _add(self, depth: float, shape: np.ndarray, face, edge, width: float) -> None:
+        self.depths.append(depth)
+        self.shapes.append(shape)
+        self.faces.append(face)
+        self.edges.append(edge)
+        self.widths.append(width)
+
+
+def draw(
+    axes, shot: Snapshot, debris_size: tuple[float, float], *, wide: bool = False, camera: Camera | None = None
+) -> None:
+    """Paint a snapshot.
+
+    Args:
+        axes: matplotlib axes; their frame is taken away.
+        shot: the moment.
+        debris_size: radius and length [m].
+        wide: show the chaser and all that is between, instead of the surroundings of net and debris.
+        camera: where from.
+    """
+    camera = camera or Camera()
+    size = _MARKER * _frame(axes, camera, _corners(shot, debris_size, wide=wide))
+    painting = _Painting(camera)
+    if shot.debris is not None:
+        _cylinder(painting, shot.debris, *debris_size)
+    if shot.knots is not None:
+        _net(painting, shot.knots)
+    _mus(painting, shot, size)
+    if shot.chaser is not None:
+        _chaser(painting, shot)
+    painting.finish(axes)
+    _labels(axes, camera, shot, size)
+    axes.set_title(f"{shot.title}, {shot.time_s:.1f} s", fontsize=10, loc="left")
+
+
+def rotation(quaternion: np.ndarray) -> np.ndarray:
+    """Rotation matrix of x y z w, body to launch; the identity for a quaternion that is none."""
+    norm = np.linalg.norm(quaternion)
+    if not np.isfinite(norm) or norm < 1e-9:
+        return np.eye(3)
+    x, y, z, w = np.asarray(quaternion) / norm
+    return np.array(
+        [
+            [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
+            [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
+            [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
+        ]
+    )
+
+
+def _shade(color: np.ndarray, normal: np.ndarray) -> np.ndarray:
+    light = _LIGHT / np.linalg.norm(_LIGHT)
+    return np.clip(color * (0.70 + 0.30 * max(float(normal @ light), 0.0)), 0.0, 1.0)
+
+
+def _cylinder(painting: _Painting, body: np.ndarray, radius: float, length: float) -> None:
+    """Facets of the side and of both ends, those that face the eye."""
+    turn, center, eye = rotation(body[3:]), body[:3], painting.camera.axes[2]
+    angles = np.linspace(0.0, 2.0 * np.pi, _SIDES + 1)
+    heights = np.linspace(-length / 2.0, length / 2.0, _RINGS + 1)
+    circle = radius * np.stack([np.cos(angles), np.sin(angles), np.zeros_like(angles)], axis=1)
+    for i in range(_SIDES):
+        middle = 0.5 * (angles[i] + angles[i + 1])
+        normal = turn @ np.array([np.cos(middle), np.sin(middle), 0.0])
+        if normal @ eye <= 0.0:
+            continue
+        color = _shade(_DEBRIS, normal)
+        for low, high in itertools.pairwise(heights):
+            corners = np.array([circle[i], circle[i + 1], circle[i + 1], circle[i]])
+            corners[:, 2] = (low, low, high, high)
+            painting.face(center + corners @ turn.T, color)
+    for height in (-length / 2.0, length / 2.0):
+        normal = turn @ np.array([0.0, 0.0, np.sign(height)])
+        if normal @ eye > 0.0:
+            _end(painting, center, turn, circle, height, _shade(_DEBRIS, normal))
+
+
+def _end(painting: _Painting, center, turn, circle, height: float, color) -> None:
+    rings = np.linspace(0.0, 1.0, 5)
+    for i in range(_SIDES):
+        for inner, outer in itertools.pairwise(rings):
+            corners = np.array([inner * circle[i], inner * circle[i + 1], outer * circle[i + 1], outer * circle[i]])
+            corners[:, 2] = height
+            painting.face(center + corners @ turn.T, color)
+
+
+def _net(painting: _Painting, knots: np.ndarray) -> None:
+    depth = painting.camera.project(knots)[..., 2]
+    near, far = float(depth.max()), float(depth.min())
+    span = max(near - far, 1e-6)
+
+    def thread(a, b, da: float, db: float) -> None:
+        share = (near - 0.5 * (da + db)) / span
+        painting.line(a, b, (1.0 - share) * _NET_NEAR + share * _NET_FAR, 0.75 - 0.25 * share, nearer=0.25)
+
+    rows, columns = knots.shape[:2]
+    for i in range(rows):
+        for j in range(columns):
+            if j + 1 < columns:
+                thread(knots[i, j], knots[i, j + 1], depth[i, j], depth[i, j + 1])
+            if i + 1 < rows:
+                thread(knots[i, j], knots[i + 1, j], depth[i, j], depth[i + 1, j])
+
+
+def _mus(painting: _Painting, shot: Snapshot, size: float) -> None:
+    design = DESIGNS.get(4 if len(shot.mus) <= 4 else 8)
+    for mu, trail in shot.trails.items():
+        thinned = trail[:: max(1, len(trail) // 80)]
+        pale = 0.45 * np.array(_rgb(mu_color(mu))) + 0.55
+        for a, b in itertools.pairwise(thinned):
+            painting.line(a, b, pale, 0.8)
+    for mu, place in shot.mus.items():
+        if shot.knots is not None and mu <= design.mu_count and shot.knots.shape[:2] == (23, 23):
+            painting.line(place, shot.knots[design.knots[mu - 1]], mu_color(mu), 1.2, nearer=0.3)
+        painting.disc(place, size, mu_color(mu))
+
+
+def _chaser(painting: _Painting, shot: Snapshot) -> None:
+    turn, center, half = rotation(shot.chaser[3:]), shot.chaser[:3], _CHASER_SIDE_M / 2.0
+    for axis in range(3):
+        for sign in (-1.0, 1.0):
+            normal = np.zeros(3)
+            normal[axis] = sign
+            if (turn @ normal) @ painting.camera.axes[2] <= 0.0:
+                continue
+            u, v = np.roll(np.eye(3), -axis - 1, axis=0)[:2]
+            square = np.array([normal + a * u + b * v for a, b in ((-1, -1), (1, -1), (1, 1), (-1, 1))]) * half
+            painting.face(center + square @ turn.T, _shade(_CHASER, turn @ normal))
+    if shot.knots is not None:
+        middle = shot.knots[shot.knots.shape[0] // 2, shot.knots.shape[1] // 2]
+        anchor = center + turn @ np.array([0.0, 0.0, -half])
+        for a, b in _pieces(anchor, middle, 60):
+            painting.line(a, b, _TETHER, 0.9)
+
+
+def _pieces(a: np.ndarray, b: np.ndarray, count: int):
+    points = a + np.linspace(0.0, 1.0, count + 1)[:, None] * (b - a)
+    return itertools.pairwise(points)
+
+
+def _labels(axes, camera: Camera, shot: Snapshot, size: float) -> None:
+    """Numbers of the MUs beside them; those that lie together share one label."""
+    from matplotlib.patheffects import withStroke
+
+    groups: list[tuple[np.ndarray, list[int]]] = []
+    for mu in sorted(shot.mus):
+        place = camera.project(shot.mus[mu])[:2]
+        for there, members in groups:
+            if np.linalg.norm(there - place) < 2.0 * size:
+                members.append(mu)
+                break
+        else:
+            groups.append((place, [mu]))
+    middle = np.mean([place for place, _ in groups], axis=0) if groups else np.zeros(2)
+    for place, members in groups:
+        away = place - middle
+        distance = float(np.linalg.norm(away))
+        direction = away / distance if distance > size else np.array([0.6, 0.8])
+        axes.text(
+            *(place + 2.6 * size * direction), _named(members), fontsize=8, fontweight="bold",
+            color=mu_color(members[0]) if len(members) == 1 else "black", va="center",
+            ha="center" if len(members) == 1 else "left", path_effects=[withStroke(linewidth=2.5, foreground="white")],
+        )  # fmt: skip
+
+
+def _named(members: list[int]) -> str:
+    if len(members) == 1:
+        return str(members[0])
+    if members == list(range(members[0], members[-1] + 1)):
+        return f"MU {members[0]} to {members[-1]}"
+    return "MU " + " ".join(map(str, members))
+
+
+def _corners(shot: Snapshot, debris_size: tuple[float, float], *, wide: bool) -> np.ndarray:
+    """Points that the picture has to show [m]."""
+    parts = [place[None] for place in shot.mus.values()]
+    if shot.knots is not None:
+        parts.append(shot.knots.reshape(-1, 3))
+    if shot.debris is not None and (wide or not parts or shot.title != "early deployment"):
+        radius, length = debris_size
+        turn = rotation(shot.debris[3:])
+        ends = np.array(
+            [[x, y, z] for x in (-radius, radius) for y in (-radius, radius) for z in (-length / 2, length / 2)]
+        )
+        parts.append(shot.debris[:3] + ends @ turn.T)
+    if wide and shot.chaser is not None:
+        parts.append(shot.chaser[None, :3])
+    return np.concatenate(parts) if parts else np.zeros((1, 3))
+
+
+def _frame(axes, camera: Camera, points: np.ndarray) -> float:
+    """Fit the picture to the points, with equal scales, a scale bar and the directions of the axes.
+
+    Returns:
+        The picture's size, of its shorter side roughly [m].
+    """
+    seen = camera.project(points)[:, :2]
+    low, high = seen.min(axis=0) - 1.5, seen.max(axis=0) + 1.5
+    box = axes.get_window_extent()
+    aspect = box.width / box.height if box.height > 0 else 1.0
+    size, middle = high - low, 0.5 * (low + high)
+    width = max(size[0], size[1] * aspect)
+    height = width / aspect
+    axes.set_xlim(middle[0] - width / 2, middle[0] + width / 2)
+    axes.set_ylim(middle[1] - height / 2, middle[1] + height / 2)
+    axes.set_aspect("equal", adjustable="box")
+    axes.set_xticks([])
+    axes.set_yticks([])
+    for spine in axes.spines.values():
+        spine.set_visible(False)
+    left, bottom = middle[0] - width / 2, middle[1] - height / 2
+    bar = 10.0 if width > 30.0 else 5.0 if width > 15.0 else 2.0
+    x0, y0 = left + 0.03 * width, bottom + 0.05 * height
+    axes.plot([x0, x0 + bar], [y0, y0], color="black", linewidth=2.0, solid_capstyle="butt")
+    axes.text(x0 + bar / 2, y0 + 0.012 * width, f"{bar:g} m", ha="center", va="bottom", fontsize=8)
+    arm = 0.06 * min(width, 1.3 * height)
+    root = np.array([x0 + 1.4 * arm, y0 + 2.4 * arm])
+    for axis, name in enumerate("xyz"):
+        direction = camera.project(np.eye(3)[axis])[:2] * arm
+        axes.annotate("", root + direction, root, arrowprops={"arrowstyle": "-|>", "color": "gray", "lw": 0.8})
+        axes.text(*(root + 1.35 * direction), name, color="gray", fontsize=7, ha="center", va="center")
+    return min(width, 1.4 * height)
+
+
+def _rgb(color: str) -> tuple[float, float, float]:
+    return tuple(int(color[i : i + 2], 16) / 255.0 for i in (1, 3, 5))

@@ -1,0 +1,188 @@
+"""The table of a mission: as text for people, as a mapping for programs."""
+
+from __future__ import annotations
+
+import math
+import re
+from pathlib import Path
+from typing import Any
+
+from tethernet_control.mission import Phase
+
+from .evaluation import (
+    SETTLED_S,
+    error_source,
+    missing,
+    net_distance,
+    nonfinite,
+    phase_spans,
+    quality,
+    report,
+    topic_report,
+)
+from .mission_data import MissionData
+
+_MU_TOPIC = re.compile(r"/mu(\d+)/(\w+)$")
+
+
+def summary(data: MissionData, bag: Path) -> dict[str, Any]:
+    """All numbers; None where something is not recorded or not finite.
+
+    Args:
+        data: the mission.
+        bag: where it was read from.
+    """
+    topics = [topic_report(name, topic) for name, topic in sorted(data.topics.items())]
+    cqi, pairs = quality(data)
+    distance = net_distance(data)
+    judged = data.final.message if data.final else data.newest_assessment
+    return _finite(
+        {
+            "bag": str(bag),
+            "mus": data.mu_count,
+            **{key: data.facts.get(key) for key in ("policy", "seed", "pace", "commit")},
+            "verdict": verdict(data),
+            "captured": bool(data.final.message.captured) if data.final else None,
+            "cqi": float(cqi.value[-1]) if len(cqi.value) else None,
+            "locked_pairs": int(pairs.value[-1]) if len(pairs.value) else None,
+            "max_locked_pairs": int(judged.max_locked_pairs) if judged else None,
+            "required_locked_pairs": int(judged.required_locked_pairs) if judged else None,
+            "mouth_area_m2": float(data.trigger.message.mouth_area) if data.trigger else None,
+            "net_debris_distance_m": float(distance.value[-1]) if len(distance.value) else None,
+            "smallest_net_debris_distance_m": float(distance.value.min()) if len(distance.value) else None,
+            "phases": [
+                {"phase": phase.name, "from_s": begin, "to_s": end, "reason": reason}
+                for phase, begin, end, reason in phase_spans(data)
+            ],
+            "error_source": error_source(data),
+            "per_mu": [vars(report(data, mu)) for mu in sorted(data.mus)],
+            "messages": sum(topic.messages for topic in topics),
+            "never_arrived": sum(topic.never_arrived for topic in topics),
+            "topics": {
+                topic.name: {key: value for key, value in vars(topic).items() if key != "name"} for topic in topics
+            },
+            "problems": remarks(data),
+        }
+    )
+
+
+def verdict(data: MissionData) -> str:
+    """One sentence on how it ended."""
+    if data.final:
+        return data.final.message.verdict
+    last = data.phases[-1] if data.phases else None
+    if last and last.phase in (Phase.MISSED, Phase.ABORTED):
+        return f"{last.phase.name.lower()}: {last.reason or 'no reason given'}"
+    return "no verdict in this bag" + (f": it ends in phase {last.phase.name}" if last else "")
+
+
+def remarks(data: MissionData) -> list[str]:
+    """What is wrong with the bag, what is missing, what was left out."""
+    bad = [f"{topic}: {count} messages do not fit their type" for topic, count in sorted(data.undecodable.items())]
+    torn = [f"the bag is torn: {problem}" for problem in data.problems]
+    return torn + bad + nonfinite(data) + missing(data)
+
+
+def text(content: dict[str, Any]) -> str:
+    """The table as text.
+
+    Args:
+        content: from :func:`summary`.
+    """
+    facts = [f"{content['mus']} MUs"]
+    facts += [f"{name} {content[name]}" for name in ("policy", "seed", "pace") if content[name]]
+    facts += [f"commit {content['commit'][:12]}"] if content["commit"] else []
+    lines = [content["bag"], ", ".join(facts), "", content["verdict"]]
+    lines += [
+        f"  {name:<28}{value}"
+        for name, value in (
+            ("CQI", _number(content["cqi"], 2)),
+            ("locked pairs", _pairs(content)),
+            ("mouth area at the trigger", _number(content["mouth_area_m2"], 1, " m2")),
+            ("net to debris at the end", _number(content["net_debris_distance_m"], 2, " m")),
+        )
+    ]
+    lines += ["", "phase        from [s]    to [s]"]
+    for phase in content["phases"]:
+        lines.append(
+            f"{phase['phase'].lower():<11}{phase['from_s']:>10.2f}{phase['to_s']:>10.2f}  {phase['reason']}".rstrip()
+        )
+    lines += ["", *_mu_table(content), "", *_topic_table(content)]
+    if content["problems"]:
+        lines += ["", *(f"note: {remark}" for remark in content["problems"])]
+    return "\n".join(lines)
+
+
+def _mu_table(content: dict[str, Any]) -> list[str]:
+    lines = [
+        " MU   fuel [kg]  at trigger   max error [m]   rms error   while closing   saturated   impulse [N s]",
+    ]
+    for row in content["per_mu"]:
+        share = row["saturated_share"]
+        cells = (
+            _number(row["fuel_kg"], 4), _number(row["fuel_at_trigger_kg"], 4), _number(row["max_error_m"], 3),
+            _number(row["rms_error_m"], 3), _number(row["max_closing_error_m"], 2),
+            "-" if share is None else f"{100.0 * share:.1f} %", _number(row["impulse_n_s"], 1),
+        )  # fmt: skip
+        widths = (12, 12, 16, 12, 16, 12, 16)
+        lines.append(f"{row['mu']:>3}" + "".join(f"{cell:>{width}}" for cell, width in zip(cells, widths, strict=True)))
+    fuels = [row["fuel_kg"] for row in content["per_mu"]]
+    if fuels and None not in fuels:
+        lines.append(f"all{sum(fuels):>12.4f}")
+    lines.append(
+        f"errors: {content['error_source']}, from {SETTLED_S:g} s after launch to the trigger; then while closing"
+    )
+    return lines
+
+
+def _topic_table(content: dict[str, Any]) -> list[str]:
+    lost = content["never_arrived"]
+    lines = [
+        f"{content['messages']} messages on {len(content['topics'])} topics, {lost or 'none'} lost on the way",
+        "topic                     messages     Hz   longest gap [s]   gaps   lost",
+    ]
+    for name, row in _grouped(content["topics"]).items():
+        lines.append(
+            f"{name:<24}{row['messages']:>10}{_number(row['rate_hz'], 1):>7}{_number(row['longest_gap_s'], 2):>18}"
+            f"{row['gaps'] or '-':>7}{row['never_arrived'] or '-':>7}{'  each' if row.get('each') else ''}"
+        )
+    return lines
+
+
+def _grouped(topics: dict[str, dict]) -> dict[str, dict]:
+    """Topics of several MUs with the same numbers in one line."""
+    groups: dict[tuple, list[int]] = {}
+    for name, row in topics.items():
+        if found := _MU_TOPIC.match(name):
+            groups.setdefault((found[2], *row.values()), []).append(int(found[1]))
+    result = {}
+    for name, row in topics.items():
+        found = _MU_TOPIC.match(name)
+        if not found:
+            result[name] = row
+            continue
+        mus = groups[(found[2], *row.values())]
+        whole = mus == list(range(mus[0], mus[-1] + 1)) and len(mus) > 1
+        label = f"{mus[0]}..{mus[-1]}" if whole else ",".join(map(str, mus))
+        result[f"/mu{label}/{found[2]}"] = row | {"each": len(mus) > 1}
+    return result
+
+
+def _pairs(content: dict[str, Any]) -> str:
+    if content["locked_pairs"] is None:
+        return "-"
+    needed = content["required_locked_pairs"]
+    return f"{content['locked_pairs']} of {content['max_locked_pairs']}, at least {needed} needed"
+
+
+def _number(value: float | None, digits: int, unit: str = "") -> str:
+    return "-" if value is None else f"{value:.{digits}f}{unit}"
+
+
+def _finite(value: Any) -> Any:
+    """JSON knows no NaN."""
+    if isinstance(value, dict):
+        return {key: _finite(item) for key, item in value.items()}
+    if isinstance(value, list):
+        return [_finite(item) for item in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value
