@@ -14,6 +14,9 @@ from pathlib import Path
 import rclpy
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.qos import QoSProfile
+from std_srvs.srv import Trigger
+
+from tethernet_control.ros.connections import read_connections, service_name
 
 PATIENCE_S = 30.0
 """Limit of every wait; reached only when something is broken."""
@@ -42,13 +45,22 @@ class Probe:
         self.node.create_subscription(kind, topic, take, qos)
         return self.received[topic]
 
-    def publish(self, topic: str, message, qos: QoSProfile, readers: int = 1) -> None:
-        """Publish once ``readers`` subscriptions are matched."""
+    def publish(self, topic: str, message, qos: QoSProfile, reader: str = "") -> None:
+        """Publish, the first time once both ends have found each other.
+
+        Args:
+            topic: where to.
+            message: what.
+            qos: of the publisher.
+            reader: name of the node that shall hear it; a node of this project, which tells its connections.
+        """
         if topic not in self._publishers:
-            self._publishers[topic] = self.node.create_publisher(type(message), topic, qos)
-        publisher = self._publishers[topic]
-        self.wait_for(lambda: publisher.get_subscription_count() >= readers, f"{readers} reader(s) of {topic}")
-        publisher.publish(message)
+            publisher = self._publishers[topic] = self.node.create_publisher(type(message), topic, qos)
+            self.wait_for(lambda: publisher.get_subscription_count() >= 1, f"reader of {topic}")
+            if reader:
+                while not read_connections(self.call(service_name(reader), Trigger)).publishers.get(topic):
+                    self.spin_for(0.01)
+        self._publishers[topic].publish(message)
 
     def matched(self, topic: str, writers: int = 1) -> None:
         """Wait until ``writers`` publishers of a topic that is listened to are known."""

@@ -174,7 +174,7 @@ class AssessorNode(Node):
             self._drop(f"odometry of MU {mu}", "not finite")
             return
         tick = self._swarm.update(mu, stamp_ns, position)
-        if tick is None or self._debris is None or self._swarm.missing:
+        if tick is None or self._debris is None:
             return
         mission = self._assessor.mission
         if mission.closing and tick.stamp_ns >= mission.closing_ns:

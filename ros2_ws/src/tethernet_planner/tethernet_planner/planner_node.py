@@ -253,11 +253,14 @@ class PlannerNode(Node):
 
     def _controller_entry(self, mu: int):
         name, status = f"mu{mu}_controller", self._statuses.get(mu)
+        lost = mu in self._sequencer.lost
         if status is None:
-            return diagnostics.entry(name, diagnostics.STALE, "not heard of")
+            return diagnostics.entry(
+                name, diagnostics.ERROR if lost else diagnostics.STALE, "does not answer" if lost else "not heard of"
+            )
         mode = Mode(status.mode)
         level, text = diagnostics.OK, mode.name
-        if mu in self._sequencer.lost:
+        if lost:
             level, text = diagnostics.ERROR, "does not answer"
         elif mode == Mode.NO_ODOMETRY:
             level, text = diagnostics.ERROR, "no odometry: zero thrust"

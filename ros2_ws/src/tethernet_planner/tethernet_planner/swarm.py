@@ -23,8 +23,9 @@ class SwarmTick:
 class SwarmCentroid:
     """Collects the samples of MUs whose clocks do not tick together.
 
-    A tick is complete when every MU has given a sample newer than at the last tick. An MU that has fallen silent is
-    left out, so that one dead driver does not stop the mission; so is one whose clock runs that far behind.
+    A tick is complete when every MU has given a sample newer than at the last tick; there is none before all have
+    spoken. Later, an MU that has fallen silent is left out, so that one dead driver does not stop the mission; so is
+    one whose clock runs that far behind.
     """
 
     def __init__(self, mu_count: int, silent_ns: int):
@@ -65,7 +66,7 @@ class SwarmCentroid:
         self._stamps[mu], self.positions[mu] = stamp_ns, position
         self._fresh.add(mu)
         present = self._stamps.keys() - self.behind.keys()
-        if not present <= self._fresh:
+        if self.missing or not present <= self._fresh:
             return None
         self._fresh.clear()
         centroid = tuple(sum(self.positions[mu][axis] for mu in present) / len(present) for axis in range(3))

@@ -23,6 +23,8 @@ class Connections:
     """Process id of the node."""
     subscribers: dict[str, int]
     """Subscribers that each of its publishers has found, by topic."""
+    publishers: dict[str, int]
+    """Publishers that each of its subscriptions has found, by topic."""
 
 
 def service_name(node: str) -> str:
@@ -34,8 +36,12 @@ def serve_connections(node: Node) -> None:
     """Offer the service on a node."""
 
     def tell(_, response: Trigger.Response) -> Trigger.Response:
-        counts = {publisher.topic_name: publisher.get_subscription_count() for publisher in node.publishers}
-        response.success, response.message = True, json.dumps({"pid": os.getpid(), "subscribers": counts})
+        content = {
+            "pid": os.getpid(),
+            "subscribers": {out.topic_name: out.get_subscription_count() for out in node.publishers},
+            "publishers": {heard.topic_name: heard.get_publisher_count() for heard in node.subscriptions},
+        }
+        response.success, response.message = True, json.dumps(content)
         return response
 
     node.create_service(Trigger, service_name(node.get_name()), tell)
@@ -49,7 +55,9 @@ def read_connections(response: Trigger.Response) -> Connections:
     """
     try:
         content = json.loads(response.message)
-        counts = {str(topic): int(count) for topic, count in content["subscribers"].items()}
-        return Connections(int(content["pid"]), counts)
+        subscribers, publishers = (
+            {str(topic): int(count) for topic, count in content[side].items()} for side in ("subscribers", "publishers")
+        )
+        return Connections(int(content["pid"]), subscribers, publishers)
     except (ValueError, TypeError, KeyError, AttributeError) as error:
         raise ValueError(f"no answer of a connections service: {response.message!r}") from error

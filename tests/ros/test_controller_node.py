@@ -1,0 +1,227 @@
+"""The controller's process: odometry in, thrust out, and what it does when something is wrong."""
+
+import math
+
+import pytest
+from geometry_msgs.msg import Point, WrenchStamped
+from nav_msgs.msg import Odometry
+
+from tethernet_control.controller import Mode
+from tethernet_control.mission import Mission, abort, arm, launch
+from tethernet_control.ros import topics
+from tethernet_control.ros.conversions import mission_message, nanoseconds, set_stamp
+from tethernet_control.ros.qos import CONTROL, STATE
+from tethernet_msgs.msg import MissionState, MuStatus
+from tethernet_msgs.srv import PlanAimingPoints
+
+PERIOD = 50_000_000
+DEBRIS = (0.0, 0.0, -50.0)
+NOMINAL_3 = (-12.0, 12.0, -50.0)
+
+
+class Bench:
+    """Everything around the controller of MU 3: planner, driver, and a look at what it says."""
+
+    def __init__(self, probe, processes, *parameters):
+        self.probe = probe
+        self.thrust = probe.listen(topics.mu_thrust(3), WrenchStamped, CONTROL)
+        self.status = probe.listen(topics.mu_status(3), MuStatus, STATE)
+        self.process = processes.node("tethernet_control.controller_node", "mu:=3", *parameters)
+        self.tick = 0
+
+    def serve_plan(self, change=lambda response: None):
+        """Stand in for the planner's service."""
+        self.asked = []
+
+        def serve(request, response):
+            self.asked.append(request)
+            response.success, response.policy = True, "mine"
+            response.aiming_points = [Point(x=float(mu), y=2.0, z=-50.0) for mu in range(1, 9)]
+            change(response)
+            return response
+
+        self.probe.node.create_service(PlanAimingPoints, topics.PLAN_AIMING_POINTS, serve)
+
+    def tell(self, mission):
+        self.probe.publish(topics.MISSION_STATE, mission_message(mission, 0, False), STATE, "mu3_controller")
+
+    def send(
+        self, tick, position=(0.0, 0.0, -1.5), velocity=(0.0, 0.0, 0.0), frame=topics.FRAME, attitude=(0, 0, 0, 1)
+    ):
+        message = Odometry()
+        message.header.frame_id, message.child_frame_id = frame, "mu3"
+        set_stamp(message.header.stamp, tick * PERIOD)
+        place, speed, q = message.pose.pose.position, message.twist.twist.linear, message.pose.pose.orientation
+        place.x, place.y, place.z = position
+        speed.x, speed.y, speed.z = velocity
+        q.x, q.y, q.z, q.w = map(float, attitude)
+        self.probe.publish(topics.mu_odometry(3), message, CONTROL, "mu3_controller")
+
+    def answer(self, tick, **odometry):
+        """Send one sample and wait for the thrust that answers it."""
+        self.probe.matched(topics.mu_thrust(3))
+        self.send(tick, **odometry)
+        self.probe.wait_for(
+            lambda: self.thrust and nanoseconds(self.thrust[-1].header.stamp) == tick * PERIOD,
+            f"thrust for tick {tick}",
+        )
+        return self.thrust[-1]
+
+    def wait_status(self, condition, what):
+        self.probe.wait_for(lambda: self.status and condition(self.status[-1]), what)
+        return self.status[-1]
+
+    def launched(self):
+        """Bring the controller into flight with the nominal points."""
+        self.serve_plan()
+        armed = arm(Mission(8), DEBRIS, "mine")
+        self.tell(armed)
+        self.wait_status(lambda s: s.mission_sequence == 1, "echo of ARMED")
+        self.mission = launch(armed, 0)
+        self.tell(self.mission)
+        self.wait_status(lambda s: s.mission_sequence == 2, "echo of DEPLOYING")
+        return self
+
+
+@pytest.fixture
+def bench(probe, processes):
+    return lambda *parameters: Bench(probe, processes, *parameters)
+
+
+def force(message):
+    vector = message.wrench.force
+    return (vector.x, vector.y, vector.z)
+
+
+def test_answers_every_sample_with_its_stamp_and_echoes_only_with_aiming_points_in_hand(bench):
+    b = bench()
+    first = b.answer(0)
+    assert force(first) == (0.0, 0.0, 0.0)
+    assert first.header.frame_id == topics.FRAME
+    assert b.status[-1].mode == Mode.IDLE
+    b.launched()
+    assert (b.asked[0].debris_position.z, b.asked[0].mu_count, b.asked[0].policy) == (-50.0, 8, "mine")
+    status = b.status[-1]
+    assert status.aiming_source == "mine"
+    assert (status.aiming_point.x, status.aiming_point.y) == (3.0, 2.0)
+    thrusts = [force(b.answer(tick)) for tick in range(1, 20)]
+    assert thrusts[-1] != (0.0, 0.0, 0.0)
+    status = b.wait_status(lambda s: s.mode == Mode.DEPLOYING and s.commands >= 20, "status in flight")
+    assert status.fuel > 0.0
+    assert status.tracking_error > 0.0
+    assert (status.rejected_odometry, status.deadline_misses) == (0, 0)
+
+
+def test_without_the_planner_it_takes_the_nominal_points_and_says_so(bench):
+    b = bench("plan_timeout_s:=0.3")
+    b.tell(arm(Mission(8), DEBRIS, "nominal"))
+    status = b.wait_status(lambda s: s.mission_sequence == 1, "echo although there is no planner")
+    assert status.aiming_source == "nominal (fallback)"
+    assert (status.aiming_point.x, status.aiming_point.y, status.aiming_point.z) == NOMINAL_3
+    assert "no answer from /planner/plan_aiming_points within 0.3 s" in b.process.output
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        (lambda r: (setattr(r, "success", False), setattr(r, "message", "out of bounds")), "out of bounds"),
+        (lambda r: setattr(r, "aiming_points", r.aiming_points[:4]), "not one finite point for each MU"),
+        (lambda r: setattr(r.aiming_points[0], "x", math.nan), "not one finite point for each MU"),
+    ],
+)
+def test_an_unusable_plan_is_not_flown(bench, change, words):
+    b = bench()
+    b.serve_plan(change)
+    b.tell(arm(Mission(8), DEBRIS, "mine"))
+    status = b.wait_status(lambda s: s.mission_sequence == 1, "echo although the plan is unusable")
+    assert status.aiming_source == "nominal (fallback)"
+    b.probe.wait_for(lambda: words in b.process.output, "the reason in the log")
+
+
+def test_a_controller_that_comes_late_still_gets_its_plan(bench):
+    b = bench()
+    b.serve_plan()
+    b.tell(launch(arm(Mission(8), DEBRIS, "mine"), 0))
+    assert b.wait_status(lambda s: s.mission_sequence == 2, "echo of DEPLOYING").aiming_source == "mine"
+    b.answer(100)
+    b.wait_status(lambda s: s.mode == Mode.DEPLOYING, "flight")
+
+
+def test_nan_and_stale_odometry_is_dropped_and_counted(bench):
+    b = bench().launched()
+    before = len(b.thrust)
+    b.answer(0)
+    b.send(1, position=(math.nan, 0.0, 0.0))
+    b.send(2, velocity=(0.0, math.inf, 0.0))
+    b.send(0)
+    b.send(3, frame="map")
+    b.send(4, attitude=(0, 0, 0, 0))
+    status = b.wait_status(lambda s: s.rejected_odometry == 5, "five rejected samples")
+    thrust = b.answer(5)
+    assert all(map(math.isfinite, force(thrust)))
+    assert [nanoseconds(t.header.stamp) for t in b.thrust[before:]] == [0, 5 * PERIOD]
+    assert status.commands < b.wait_status(lambda s: s.commands > status.commands or s.mode, "status").commands + 1
+
+
+def test_velocity_is_turned_into_frame_launch(bench):
+    straight = bench().launched()
+    half = math.sqrt(0.5)
+    straight.answer(0)
+    # Turned by 90 degrees about z: what the MU calls +x is +y in frame launch.
+    turned = force(straight.answer(1, velocity=(0.1, 0.0, 0.0), attitude=(0.0, 0.0, half, half)))
+    still = force(straight.answer(2, velocity=(0.0, 0.0, 0.0)))
+    assert turned[1] == pytest.approx(still[1] - 6.0 * 0.1, abs=0.1)
+    assert turned[0] == pytest.approx(still[0], abs=0.1)
+
+
+def test_lost_odometry_zeroes_thrust_once_and_comes_back(bench):
+    b = bench().launched()
+    for tick in range(10):
+        b.answer(tick)
+    assert force(b.thrust[-1]) != (0.0, 0.0, 0.0)
+    count = len(b.thrust)
+    b.wait_status(lambda s: s.mode == Mode.NO_ODOMETRY, "watchdog")
+    b.probe.wait_for(lambda: len(b.thrust) == count + 1, "zero thrust")
+    assert force(b.thrust[-1]) == (0.0, 0.0, 0.0)
+    assert nanoseconds(b.thrust[-1].header.stamp) == 9 * PERIOD
+    assert "no odometry for 5 control periods" in b.process.output
+    assert force(b.answer(30)) != (0.0, 0.0, 0.0)
+    status = b.wait_status(lambda s: s.mode == Mode.DEPLOYING, "recovery")
+    assert status.deadline_misses == 20
+
+
+def test_an_abort_stops_the_thrust_at_once(bench):
+    b = bench().launched()
+    for tick in range(10):
+        b.answer(tick)
+    count = len(b.thrust)
+    b.tell(abort(b.mission, "asked for"))
+    b.wait_status(lambda s: s.mode == Mode.OFF and s.mission_sequence == 3, "thrusters off")
+    b.probe.wait_for(lambda: len(b.thrust) == count + 1, "zero thrust")
+    assert force(b.thrust[-1]) == force(b.answer(10)) == (0.0, 0.0, 0.0)
+
+
+def test_nonsense_about_the_mission_is_not_followed(bench):
+    b = bench().launched()
+    b.answer(0)
+    state = mission_message(b.mission, 0, False)
+    state.sequence, state.phase = 9, 77
+    b.probe.publish(topics.MISSION_STATE, state, STATE, "mu3_controller")
+    state = mission_message(b.mission, 0, False)
+    state.sequence, state.phase = 10, MissionState.CLOSING
+    state.closing_points = [Point(x=math.nan)] * 8
+    b.probe.publish(topics.MISSION_STATE, state, STATE, "mu3_controller")
+    b.probe.wait_for(lambda: b.process.output.count("ignored") == 2, "two complaints")
+    assert all(map(math.isfinite, force(b.answer(1))))
+    assert b.wait_status(lambda s: s.commands >= 2 or s.mode == Mode.DEPLOYING, "status").mission_sequence == 2
+
+
+def test_an_mu_that_is_not_part_of_the_mission_stays_idle(probe, processes):
+    status = probe.listen(topics.mu_status(7), MuStatus, STATE)
+    process = processes.node("tethernet_control.controller_node", "mu:=7")
+    probe.publish(
+        topics.MISSION_STATE, mission_message(arm(Mission(4), DEBRIS, "nominal"), 0, False), STATE, "mu7_controller"
+    )
+    probe.wait_for(lambda: "the mission has 4 MUs and none with number 7" in process.output, "complaint")
+    probe.wait_for(lambda: status, "status")
+    assert status[-1].mission_sequence == 0

@@ -1,0 +1,211 @@
+"""The planner's process: plans, leads the mission, keeps the beat."""
+
+import itertools
+import math
+
+import pytest
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from geometry_msgs.msg import Point
+from nav_msgs.msg import Odometry
+from std_msgs.msg import Header
+from std_srvs.srv import Trigger
+
+from tethernet_control.mission import Phase
+from tethernet_control.ros import topics
+from tethernet_control.ros.conversions import nanoseconds, set_stamp
+from tethernet_control.ros.qos import BULK, CONTROL, STATE
+from tethernet_msgs.msg import MissionState, MuStatus, NetState
+from tethernet_msgs.srv import PlanAimingPoints
+
+PERIOD = 50_000_000
+DEBRIS, FAR = (0.0, 0.0, -50.0), (0.0, 0.0, -10.0)
+
+
+class Bench:
+    """Everything around the planner: controllers that echo, a net, a debris."""
+
+    def __init__(self, probe, processes, *parameters):
+        self.probe = probe
+        self.process = processes.node("tethernet_planner.planner_node", *parameters)
+        self.echoing = set(range(1, 9))
+        self.states = probe.listen(topics.MISSION_STATE, MissionState, STATE, self._echo)
+        self.beats = probe.listen(topics.PLANNER_HEARTBEAT, Header, CONTROL)
+        self.diagnostics = probe.listen(topics.DIAGNOSTICS, DiagnosticArray, BULK)
+        self.status_publishers = {
+            mu: probe.node.create_publisher(MuStatus, topics.mu_status(mu), STATE) for mu in range(1, 9)
+        }
+        probe.matched(topics.MISSION_STATE)
+
+    def _echo(self, state):
+        if not state.confirmed:
+            for mu in self.echoing:
+                self.status_publishers[mu].publish(MuStatus(mu=mu, mission_sequence=state.sequence, aiming_source="x"))
+
+    def debris(self, tick, position=DEBRIS):
+        message = Odometry()
+        message.header.frame_id = topics.FRAME
+        set_stamp(message.header.stamp, tick * PERIOD)
+        place = message.pose.pose.position
+        place.x, place.y, place.z = position
+        message.pose.pose.orientation.w = 1.0
+        self.probe.publish(topics.DEBRIS_ODOMETRY, message, STATE, "planner")
+
+    def net(self, tick, center=FAR):
+        message = NetState(center_of_mass=Point(x=center[0], y=center[1], z=center[2]))
+        set_stamp(message.header.stamp, tick * PERIOD)
+        self.probe.publish(topics.NET_STATE, message, BULK, "planner")
+
+    def ticked(self, tick, center=FAR, debris=DEBRIS):
+        """One control tick: net and debris out, wait for the beat."""
+        self.net(tick, center)
+        self.debris(tick, debris)
+        self.probe.wait_for(
+            lambda: self.beats and nanoseconds(self.beats[-1].stamp) == tick * PERIOD, f"heartbeat of tick {tick}"
+        )
+
+    def start(self):
+        return self.probe.call(topics.START, Trigger)
+
+    def reached(self, phase, confirmed=True):
+        self.probe.wait_for(
+            lambda: any(s.phase == phase and s.confirmed == confirmed for s in self.states), f"{phase.name} {confirmed}"
+        )
+        return next(s for s in self.states if s.phase == phase and s.confirmed == confirmed)
+
+    def deployed(self):
+        self.debris(0)
+        self.probe.wait_for(lambda: self.start().success, "start")
+        self.reached(Phase.DEPLOYING)
+        self.probe.matched(topics.PLANNER_HEARTBEAT)
+        return self
+
+
+@pytest.fixture
+def bench(probe, processes):
+    return lambda *parameters: Bench(probe, processes, *parameters)
+
+
+def test_leads_a_mission_from_start_to_end(bench):
+    b = bench()
+    b.probe.wait_for(lambda: b.states and b.states[0].phase == Phase.WAITING, "latched WAITING")
+    b.deployed()
+    b.ticked(0)
+    b.ticked(480, center=(0.0, 0.0, -48.0))
+    closing = b.reached(Phase.CLOSING)
+    assert nanoseconds(closing.header.stamp) == 480 * PERIOD
+    assert nanoseconds(closing.closing_time) == 481 * PERIOD
+    assert nanoseconds(closing.end_time) == 781 * PERIOD
+    assert [(p.x, p.y, p.z) for p in closing.closing_points] == [(0.0, 0.0, -53.5)] * 8
+    b.ticked(781)
+    b.reached(Phase.COMPLETE)
+    assert [(s.phase, s.sequence, s.confirmed) for s in b.states] == [(0, 0, True)] + [
+        (phase, phase, confirmed) for phase, confirmed in itertools.product((1, 2, 3, 4), (False, True))
+    ]
+    assert {s.reason for s in b.states} == {""}
+    assert "over" in b.probe.call(topics.ABORT, Trigger).message
+    assert "COMPLETE" in b.start().message
+
+
+def test_service_gives_nominal_points_and_explains_refusals(bench):
+    b = bench("mu_count:=4")
+
+    def ask(**request):
+        return b.probe.call(topics.PLAN_AIMING_POINTS, PlanAimingPoints, PlanAimingPoints.Request(**request))
+
+    good = ask(debris_position=Point(x=1.0, y=2.0, z=-50.0))
+    assert (good.success, good.policy, len(good.aiming_points)) == (True, "nominal", 4)
+    assert (good.aiming_points[3].x, good.aiming_points[3].y, good.aiming_points[3].z) == (13.0, 14.0, -50.0)
+    assert len(ask(debris_position=Point(z=-50.0), mu_count=8).aiming_points) == 8
+    for request, words in (
+        ({"debris_position": Point(z=-70.0)}, "z = -70 m is out of bounds; allowed: -60 to -40 m"),
+        ({"debris_position": Point(x=math.nan, z=-50.0)}, "x = nan"),
+        ({"debris_position": Point(z=-50.0), "mu_count": 5}, "allowed: 4"),
+        ({"debris_position": Point(z=-50.0), "policy": "best"}, "no policy named 'best'; allowed: nominal"),
+    ):
+        answer = ask(**request)
+        assert not answer.success
+        assert words in answer.message
+        assert len(answer.aiming_points) == 0
+
+
+def test_does_not_start_without_debris_or_out_of_bounds_and_stays_waiting(bench):
+    b = bench()
+    refused = b.start()
+    assert not refused.success
+    assert "nobody has told where the debris is: publish /debris/odom" in refused.message
+    b.debris(0, (20.0, 0.0, -50.0))
+    b.probe.wait_for(lambda: "x = 20 m is out of bounds; allowed: -9 to 9 m" in b.start().message, "refusal")
+    assert {s.phase for s in b.states} == {Phase.WAITING}
+    b.debris(1)
+    b.probe.wait_for(lambda: b.start().success, "start after all")
+
+
+def test_controllers_that_do_not_echo_are_named_and_waited_for_only_once(bench):
+    b = bench("plan_timeout_s:=0.2", "confirm_timeout_s:=0.3")
+    b.echoing -= {2, 6}
+    b.deployed()
+    assert b.reached(Phase.ARMED).reason == "not confirmed by MU 2, MU 6"
+    b.ticked(480, center=DEBRIS)
+    assert b.reached(Phase.CLOSING).reason == "not confirmed by MU 2, MU 6"
+    b.probe.wait_for(
+        lambda: b.diagnostics and any(e.message == "does not answer" for e in b.diagnostics[-1].status), "diagnostics"
+    )
+    lost = {e.name for e in b.diagnostics[-1].status if e.level == DiagnosticStatus.ERROR}
+    assert lost == {"mu2_controller", "mu6_controller"}
+
+
+def test_nan_in_net_or_debris_is_counted_and_the_beat_goes_on(bench):
+    b = bench().deployed()
+    nan = (math.nan,) * 3
+    b.ticked(0)
+    b.ticked(480, center=nan)
+    b.ticked(481, center=(0.0, 0.0, -10.0), debris=nan)
+    assert b.states[-1].phase == Phase.DEPLOYING
+
+    def counted():
+        values = [v for d in b.diagnostics for e in d.status if e.name == "planner" for v in e.values]
+        return ("dropped_measurements", "2") in {(v.key, v.value) for v in values}
+
+    b.probe.wait_for(counted, "two dropped measurements on /diagnostics")
+    # The last good debris position stands.
+    b.ticked(482, center=(0.0, 0.0, -48.0), debris=nan)
+    assert b.reached(Phase.CLOSING).closing_points[0].z == -53.5
+
+
+def test_gives_up(bench):
+    b = bench().deployed()
+    b.ticked(799)
+    b.ticked(800)
+    missed = b.reached(Phase.MISSED)
+    assert nanoseconds(missed.end_time) == 800 * PERIOD
+    assert "did not come within 2.5 m of the debris in 40 s" in missed.reason
+
+
+def test_abort_is_told_to_all(bench):
+    b = bench().deployed()
+    assert b.probe.call(topics.ABORT, Trigger).success
+    assert "asked for" in b.reached(Phase.ABORTED).reason
+
+
+def test_a_flight_that_nobody_measures_is_aborted(bench):
+    b = bench("silence_timeout_s:=1.0").deployed()
+    assert "nothing was measured for 1 s" in b.reached(Phase.ABORTED).reason
+
+
+def test_without_simulator_it_needs_all_drivers_and_their_clocks_together(bench):
+    b = bench("simulated:=false", "debris_position:=[0, 0, -50]")
+
+    def odometry(mu, seconds):
+        message = Odometry()
+        message.header.frame_id = topics.FRAME
+        set_stamp(message.header.stamp, round(seconds * 1e9))
+        message.pose.pose.orientation.w = 1.0
+        b.probe.publish(topics.mu_odometry(mu), message, CONTROL, "planner")
+
+    assert "no odometry from MU 1, MU 2" in b.start().message
+    for mu in range(1, 9):
+        odometry(mu, 100.0 if mu != 4 else 98.0)
+    b.probe.wait_for(lambda: "MU 4 is 2.00 s older than the newest" in b.start().message, "refusal for the clock")
+    odometry(4, 100.01)
+    b.probe.wait_for(lambda: b.start().success, "start")
+    assert nanoseconds(b.reached(Phase.DEPLOYING).launch_time) == 100_010_000_000
