@@ -43,6 +43,8 @@ class Flown:
     """Content of outcome.json."""
     cpu_s: dict[str, float]
     """CPU time of each process from launch to the verdict [s]."""
+    start_cpu_s: dict[str, float]
+    """CPU time of each process up to launch [s]."""
 
 
 def fly(command: list[str], pace: str, parameters: Path | None, domain_id: int, folder: Path) -> Flown:
@@ -80,20 +82,25 @@ def fly(command: list[str], pace: str, parameters: Path | None, domain_id: int, 
         )
     outcome = json.loads(next(folder.glob("*/outcome.json")).read_text(encoding="utf-8"))
     launch = sampler.began + outcome["start_s"]
-    return Flown(outcome, sampler.between(launch, launch + outcome["wall_time_s"]))
+    in_flight = sampler.between(launch, launch + outcome["wall_time_s"])
+    return Flown(outcome, in_flight, sampler.between(sampler.began, launch))
 
 
 def describe(pace: str, flown: Flown) -> str:
     """One mission in words."""
-    outcome, cpu = flown.outcome, flown.cpu_s
-    shares = ", ".join(f"{name} {seconds:.2f}" for name, seconds in _grouped(cpu).items())
+    outcome = flown.outcome
     return (
         f"{pace}: {outcome['flown_s']:.1f} s in {outcome['wall_time_s']:.1f} s, {outcome['real_time_factor']:.2f} x "
         f"real time; launch after {outcome['start_s']:.1f} s; odometry to thrust p50 {outcome['latency_p50_ms']:.1f}, "
         f"p99 {outcome['latency_p99_ms']:.1f}, max {outcome['latency_max_ms']:.1f} ms; {outcome['deadline_misses']} "
         f"deadlines missed; {outcome['memory_mb']:.0f} MB\n"
-        f"    CPU s in flight: {sum(cpu.values()):.2f} = {shares}"
+        f"    CPU s to launch {_shares(flown.start_cpu_s)}; in flight {_shares(flown.cpu_s)}"
     )
+
+
+def _shares(cpu_s: dict[str, float]) -> str:
+    shares = ", ".join(f"{name} {seconds:.2f}" for name, seconds in _grouped(cpu_s).items())
+    return f"{sum(cpu_s.values()):.2f} ({shares})"
 
 
 def _grouped(cpu_s: dict[str, float]) -> dict[str, float]:
@@ -139,6 +146,7 @@ def main(argv: list[str] | None = None) -> int:
             "latency_p50_ms": in_real_time.outcome["latency_p50_ms"],
             "latency_max_ms": in_real_time.outcome["latency_max_ms"],
             "lockstep_deadline_misses": sum(outcome["deadline_misses"] for outcome in in_lockstep),
+            "start_cpu_s": statistics.median(sum(mission.start_cpu_s.values()) for mission in flown["lockstep"]),
             "lockstep_cpu_s": statistics.median(sum(mission.cpu_s.values()) for mission in flown["lockstep"]),
             "realtime_cpu_share": sum(in_real_time.cpu_s.values()) / in_real_time.outcome["wall_time_s"] / cores(),
         },

@@ -46,7 +46,8 @@ class CpuSampler:
         """
         if not self._samples:
             return {}
-        first = min(self._samples, key=lambda sample: abs(sample[0] - begin))[1]
+        known = [(self.began, {}), *self._samples]
+        first = min(known, key=lambda sample: abs(sample[0] - begin))[1]
         last = min(self._samples, key=lambda sample: abs(sample[0] - end))[1]
         return {name: seconds - first.get(name, 0.0) for name, seconds in last.items()}
 
