@@ -96,9 +96,9 @@ def run_tool(
             raise
     if status:
         end = "\n".join(f"  | {line}" for line in output.rstrip().splitlines()[-LAST_LINES:])
-        name = Path(words[0]).name
+        name = " ".join([Path(words[0]).name, *words[1:4]])
         raise SetupError(
-            f"{name} failed with exit status {status}. Its last lines:\n{end}\nAll of it: {places.log}\n{advice}"
+            f"`{name} ...` failed with exit status {status}. Its last lines:\n{end}\nAll of it: {places.log}\n{advice}"
         )
     return output
 
