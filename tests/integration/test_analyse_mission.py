@@ -63,7 +63,7 @@ def test_the_whole_analysis(run, tmp_path, capsys):
         assert image[1] > 800, name
     assert "8 MUs, policy nominal, seed 7, pace lockstep, commit 0123abc" in out
     assert "captured: CQI 0.90 below 2.5, 8 of 8 pairs locked" in out
-    assert "/mu1..8/odom                   790   20.0" in out
+    assert "/mu1..8/odom                      790 each   20.0              0.05      -      -" in out
     content = json.loads((tmp_path / "analysis.json").read_text())
     assert content["captured"] is True
     assert content["locked_pairs"] == content["max_locked_pairs"] == 8

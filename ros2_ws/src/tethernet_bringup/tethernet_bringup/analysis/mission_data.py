@@ -7,6 +7,7 @@ first message.
 
 from __future__ import annotations
 
+import dataclasses
 import math
 import re
 from array import array
@@ -26,6 +27,7 @@ from ..bag_writer import RUN_INFO_RECORD
 from .decoder import Decoder
 
 _MU_TOPIC = re.compile(r"/mu(\d+)/(odom|thrust|status)$")
+_SURELY_ANOTHER_CLOCK_NS = 3_600_000_000_000
 _DEFAULT_RADIUS_M, _DEFAULT_LENGTH_M = 1.95, 11.1
 
 
@@ -188,6 +190,20 @@ class MissionData:
         return max((max(topic.times) for topic in self.topics.values() if topic.times), default=0)
 
     @property
+    def over_ns(self) -> int | None:
+        """When the mission was over, one way or the other [ns]; None if the recording ends before."""
+        return next((change.time_ns for change in self.phases if change.phase.over), None)
+
+    @property
+    def planned_debris(self) -> np.ndarray | None:
+        """Where the planner took the debris to be, x y z [m]; None where it did not say."""
+        for state in reversed(self.states):
+            place = np.array(_xyz(state.debris_position))
+            if np.isfinite(place).all() and place.any():
+                return place
+        return None
+
+    @property
     def closing_ns(self) -> int | None:
         """When closing began [ns]; None if it did not."""
         return next((change.time_ns for change in self.phases if change.phase == Phase.CLOSING), None)
@@ -230,6 +246,7 @@ def load(bag: BagReader) -> MissionData:
         reader.take(message)
     data.problems = list(bag.problems)
     data.facts = bag.metadata.get(RUN_INFO_RECORD, {})
+    _date_early_phases(data.phases)
     for name in bag.topics:
         data.topics.setdefault(name, TopicCount(bag.topics[name].message_type.name))
     if not any(topic.times for topic in data.topics.values()):
@@ -238,6 +255,14 @@ def load(bag: BagReader) -> MissionData:
         named = ", ".join(sorted(data.topics)[:8])
         raise NotABagError(f"{bag.files[0]} holds no mission: none of its topics is one of ours; it has {named}")
     return data
+
+
+def _date_early_phases(phases: list[PhaseChange]) -> None:
+    """Phases from before the mission knew the time are stamped 0: date them by what followed."""
+    for index in range(len(phases) - 2, -1, -1):
+        following = phases[index + 1].time_ns
+        if phases[index].time_ns == 0 and following > _SURELY_ANOTHER_CLOCK_NS:
+            phases[index] = dataclasses.replace(phases[index], time_ns=following)
 
 
 class _Reader:

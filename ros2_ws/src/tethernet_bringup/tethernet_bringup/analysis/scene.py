@@ -116,6 +116,8 @@ def draw(
     painting = _Painting(camera)
     if shot.debris is not None:
         _cylinder(painting, shot.debris, *debris_size)
+    elif shot.debris_place is not None:
+        _ghost(axes, camera, shot.debris_place, debris_size[0])
     if shot.knots is not None:
         _net(painting, shot.knots)
     _mus(painting, shot, size)
@@ -175,6 +177,15 @@ def _end(painting: _Painting, center, turn, circle, height: float, color) -> Non
             corners = np.array([inner * circle[i], inner * circle[i + 1], outer * circle[i + 1], outer * circle[i]])
             corners[:, 2] = height
             painting.face(center + corners @ turn.T, color)
+
+
+def _ghost(axes, camera: Camera, place: np.ndarray, radius: float) -> None:
+    """The debris where only its place is known: a circle, since nobody told how it lies."""
+    from matplotlib.patches import Circle
+
+    x, y, _ = camera.project(place)
+    axes.add_patch(Circle((x, y), radius, facecolor="none", edgecolor="gray", linestyle="--"))
+    axes.text(x, y - 1.15 * radius, "debris\n(attitude unknown)", ha="center", va="top", fontsize=7, color="gray")
 
 
 def _net(painting: _Painting, knots: np.ndarray) -> None:
@@ -239,7 +250,7 @@ def _labels(axes, camera: Camera, shot: Snapshot, size: float) -> None:
     for mu in sorted(shot.mus):
         place = camera.project(shot.mus[mu])[:2]
         for there, members in groups:
-            if np.linalg.norm(there - place) < 2.0 * size:
+            if np.linalg.norm(there - place) < 3.0 * size:
                 members.append(mu)
                 break
         else:
@@ -276,8 +287,11 @@ def _corners(shot: Snapshot, debris_size: tuple[float, float], *, wide: bool) ->
             [[x, y, z] for x in (-radius, radius) for y in (-radius, radius) for z in (-length / 2, length / 2)]
         )
         parts.append(shot.debris[:3] + ends @ turn.T)
-    if wide and shot.chaser is not None:
-        parts.append(shot.chaser[None, :3])
+    elif shot.debris_place is not None:
+        radius = debris_size[0]
+        parts.append(shot.debris_place + 1.5 * radius * np.vstack([np.eye(3), -np.eye(3)]))
+    if wide:
+        parts.append(np.zeros((1, 3)) if shot.chaser is None else shot.chaser[None, :3])
     return np.concatenate(parts) if parts else np.zeros((1, 3))
 
 

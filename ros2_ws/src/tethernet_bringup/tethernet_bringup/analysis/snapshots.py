@@ -35,6 +35,8 @@ class Snapshot:
     """Path of each MU since launch, shape (n, 3) [m]; none after the trigger, where they would hide the net."""
     debris: np.ndarray | None = None  # (7,)
     """Position [m] and attitude x y z w."""
+    debris_place: np.ndarray | None = None  # (3,)
+    """Where the planner took the debris to be [m]; only where nobody recorded its motion."""
     chaser: np.ndarray | None = None  # (7,)
     locked: np.ndarray | None = None
     """Which closing pairs hold."""
@@ -42,10 +44,10 @@ class Snapshot:
 
 def choose(data: MissionData) -> list[tuple[str, int]]:
     """Titles and times [ns] of the moments worth looking at: early deployment, trigger, end."""
-    begin, end = data.origin_ns, data.end_ns
-    closing = data.closing_ns
-    if data.net_stamps:
-        end = max(data.net_stamps)
+    begin, closing = data.origin_ns, data.closing_ns
+    end = max(data.net_stamps) if data.net_stamps else data.end_ns
+    if data.over_ns is not None:
+        end = min(end, data.over_ns)
     until = closing if closing is not None else end
     early = begin + min(round((until - begin) * EARLY_SHARE), round(_EARLY_AT_MOST_S / NANOSECOND_S))
     moments = [("early deployment", early)]
@@ -72,6 +74,7 @@ def take(data: MissionData, bag: BagReader) -> list[Snapshot]:
                 mus={mu: trail[-1] for mu, trail in trails.items() if len(trail)},
                 trails={} if data.closing_ns is not None and stamp > data.closing_ns else trails,
                 debris=_at(data.debris, stamp),
+                debris_place=None if len(data.debris) else data.planned_debris,
                 chaser=_at(data.chaser, stamp),
             )
         )

@@ -139,33 +139,41 @@ def _topic_table(content: dict[str, Any]) -> list[str]:
     lost = content["never_arrived"]
     lines = [
         f"{content['messages']} messages on {len(content['topics'])} topics, {lost or 'none'} lost on the way",
-        "topic                     messages     Hz   longest gap [s]   gaps   lost",
+        f"{'topic':<24}{'messages':>18}{'Hz':>7}{'longest gap [s]':>18}{'gaps':>7}{'lost':>7}",
     ]
     for name, row in _grouped(content["topics"]).items():
-        lines.append(
-            f"{name:<24}{row['messages']:>10}{_number(row['rate_hz'], 1):>7}{_number(row['longest_gap_s'], 2):>18}"
-            f"{row['gaps'] or '-':>7}{row['never_arrived'] or '-':>7}{'  each' if row.get('each') else ''}"
-        )
+        lines.append(f"{name:<24}{row['messages']:>18}{row['rate']:>7}{row['gap']:>18}{row['gaps']:>7}{row['lost']:>7}")
     return lines
 
 
-def _grouped(topics: dict[str, dict]) -> dict[str, dict]:
-    """Topics of several MUs with the same numbers in one line."""
-    groups: dict[tuple, list[int]] = {}
-    for name, row in topics.items():
-        if found := _MU_TOPIC.match(name):
-            groups.setdefault((found[2], *row.values()), []).append(int(found[1]))
-    result = {}
+def _grouped(topics: dict[str, dict]) -> dict[str, dict[str, str]]:
+    """What stands in each line; the MUs' topics of one kind share a line, from the smallest to the largest number."""
+    kinds: dict[str, list[dict]] = {}
+    numbers: dict[str, list[int]] = {}
     for name, row in topics.items():
         found = _MU_TOPIC.match(name)
-        if not found:
-            result[name] = row
-            continue
-        mus = groups[(found[2], *row.values())]
-        whole = mus == list(range(mus[0], mus[-1] + 1)) and len(mus) > 1
-        label = f"{mus[0]}..{mus[-1]}" if whole else ",".join(map(str, mus))
-        result[f"/mu{label}/{found[2]}"] = row | {"each": len(mus) > 1}
+        kind = f"/muN/{found[2]}" if found else name
+        kinds.setdefault(kind, []).append(row)
+        if found:
+            numbers.setdefault(kind, []).append(int(found[1]))
+    result = {}
+    for kind, rows in kinds.items():
+        mus = sorted(numbers.get(kind, []))
+        label = kind.replace("muN", f"mu{mus[0]}..{mus[-1]}" if len(mus) > 1 else f"mu{mus[0]}") if mus else kind
+        counts = [row["messages"] for row in rows]
+        few, many = min(counts), max(counts)
+        result[label] = {
+            "messages": (str(few) if few == many else f"{few} to {many}") + (" each" if len(rows) > 1 else ""),
+            "rate": _number(_extreme(min, rows, "rate_hz"), 1),
+            "gap": _number(_extreme(max, rows, "longest_gap_s"), 2),
+            "gaps": str(sum(row["gaps"] for row in rows) or "-"),
+            "lost": str(sum(row["never_arrived"] for row in rows) or "-"),
+        }
     return result
+
+
+def _extreme(which, rows: list[dict], key: str) -> float | None:
+    return which((row[key] for row in rows if row[key] is not None), default=None)
 
 
 def _pairs(content: dict[str, Any]) -> str:
