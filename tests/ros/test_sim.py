@@ -56,7 +56,8 @@ class Crew:
             self.probe.publish(topics.PLANNER_HEARTBEAT, Header(stamp=message.header.stamp), qos.CONTROL)
 
     def fly(self, ticks: int) -> None:
-        self.probe.wait_for(lambda: len(self.net) >= ticks, f"{ticks} control ticks")
+        told = [self.net, *self.odometry.values()]
+        self.probe.wait_for(lambda: min(map(len, told)) >= ticks, f"{ticks} control ticks")
 
 
 def start(processes, *parameters: str):

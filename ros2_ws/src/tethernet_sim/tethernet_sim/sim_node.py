@@ -88,7 +88,8 @@ class SimNode(Node):
         self._timer = self.create_timer(wake, self._on_timer, clock=RosClock(clock_type=ClockType.STEADY_TIME))
         if not self.lockstep:
             self._timer.cancel()
-        self._publish_bodies()
+        self._publish_body(DEBRIS)
+        self._publish_body(CHASER)
 
     def _initial_debris(self):
         s = self.scenario
@@ -114,10 +115,10 @@ class SimNode(Node):
         n = self.world.model.numbers
         debris = np.array([n.debris_across, n.debris_across, n.debris_along])
         chaser = np.full(3, n.chaser_inertia)
-        self._bodies = (
-            (BodyOdometry(DEBRIS, "debris", debris), make(Odometry, topics.DEBRIS_ODOMETRY, qos.STATE)),
-            (BodyOdometry(CHASER, "chaser", chaser), make(Odometry, topics.CHASER_ODOMETRY, qos.STATE)),
-        )
+        self._bodies = {
+            DEBRIS: (BodyOdometry(DEBRIS, "debris", debris), make(Odometry, topics.DEBRIS_ODOMETRY, qos.STATE)),
+            CHASER: (BodyOdometry(CHASER, "chaser", chaser), make(Odometry, topics.CHASER_ODOMETRY, qos.STATE)),
+        }
         self._net, self._net_out = NetStateMessage(), make(NetState, topics.NET_STATE, qos.BULK)
         self._tf, self._tf_out = Transforms(len(self.mus)), make(TFMessage, topics.TF, qos.BULK)
         self._markers, self._markers_out = Markers(self.world), make(MarkerArray, topics.NET_MARKERS, qos.BULK)
@@ -216,17 +217,20 @@ class SimNode(Node):
             self.world.begin_closing(0)
         self.barrier.open(stamp_ns)
         self._opened_at = time.perf_counter()
-        clock = Clock()
-        set_stamp(clock.clock, stamp_ns)
-        self._clock_out.publish(clock)
+        # What somebody must answer goes first; whatever else there is to tell is told while they work.
+        if self.external:
+            self._publish_clock()
+        self._publish_body(DEBRIS)
+        self._net_out.publish(self._net.fill(stamp_ns, self.world))
         noise = self.noise.draw(1)[0]
         measured = np.stack([state.mu_pos[0], state.mu_vel[0]], axis=1) + noise
         for mu, (position, velocity) in zip(self.mus, measured.tolist(), strict=True):
             self._sent_at[mu - 1] = time.perf_counter()
             if mu not in self.external:
                 self._odometry_out[mu].publish(self._odometry[mu].fill(stamp_ns, position, velocity))
-        self._publish_bodies()
-        self._net_out.publish(self._net.fill(stamp_ns, self.world))
+        if not self.external:
+            self._publish_clock()
+        self._publish_body(CHASER)
         self._tf_out.publish(self._tf.fill(stamp_ns, self.world))
         tick = stamp_ns // self.control.period_ns
         if tick % self.p.markers_every == 0:
@@ -234,9 +238,14 @@ class SimNode(Node):
         if tick % self.p.sim_status_every == 0:
             self._publish_status()
 
-    def _publish_bodies(self) -> None:
-        for body, publisher in self._bodies:
-            publisher.publish(body.fill(self.stamp_ns, self.world))
+    def _publish_clock(self) -> None:
+        clock = Clock()
+        set_stamp(clock.clock, self.stamp_ns)
+        self._clock_out.publish(clock)
+
+    def _publish_body(self, body: int) -> None:
+        message, publisher = self._bodies[body]
+        publisher.publish(message.fill(self.stamp_ns, self.world))
 
     def _publish_status(self) -> None:
         books = [self.books[mu] for mu in self.mus]

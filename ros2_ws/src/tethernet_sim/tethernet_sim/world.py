@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from tethernet_control.settings import ControlParameters, MissionParameters
@@ -9,7 +11,7 @@ from tethernet_control.settings import ControlParameters, MissionParameters
 from .kernels import step
 from .model import CENTRAL_KNOT, Model, build_model
 from .settings import PhysicsParameters
-from .state import ATTITUDE, CHASER, DEBRIS, POSITION, State, initial_state, rotate
+from .state import ATTITUDE, CHASER, DEBRIS, POSITION, State, initial_state
 
 
 class World:
@@ -116,13 +118,19 @@ class World:
         """
         s = self.state
         anchor = self.tether_anchor(index)
-        distance = float(np.linalg.norm(anchor - s.knot_pos[index, :, CENTRAL_KNOT]))
+        distance = math.dist(anchor, s.knot_pos[index, :, CENTRAL_KNOT].tolist())
         if not s.closing[index]:
             return distance, 0.0
         locked = float(s.tether_length[index])
         return locked, self.model.numbers.tether_stiffness * max(distance - locked, 0.0)
 
-    def tether_anchor(self, index: int) -> np.ndarray:
-        """The launch point on the chaser [m], frame launch, shape (3,)."""
-        chaser = self.state.bodies[index, CHASER]
-        return chaser[POSITION] + rotate(chaser[ATTITUDE], np.array([0.0, 0.0, self.model.numbers.tether_anchor]))
+    def tether_anchor(self, index: int) -> tuple[float, float, float]:
+        """The launch point on the chaser [m], frame launch."""
+        px, py, pz = self.state.bodies[index, CHASER, POSITION].tolist()
+        x, y, z, w = self.state.bodies[index, CHASER, ATTITUDE].tolist()
+        along = self.model.numbers.tether_anchor  # the anchor lies on the body's z axis
+        return (
+            px + along * 2.0 * (x * z + w * y),
+            py + along * 2.0 * (y * z - w * x),
+            pz + along * (1.0 - 2.0 * (x * x + y * y)),
+        )

@@ -71,8 +71,8 @@ class Markers:
                 point.x, point.y, point.z = x, y, z
         set_xyz(self._anchor, world.tether_anchor(0))
         for marker, body in self._bodies:
-            set_xyz(marker.pose.position, state.bodies[0, body, POSITION])
-            set_quaternion(marker.pose.orientation, state.bodies[0, body, ATTITUDE])
+            set_xyz(marker.pose.position, state.bodies[0, body, POSITION].tolist())
+            set_quaternion(marker.pose.orientation, state.bodies[0, body, ATTITUDE].tolist())
         for marker in self.message.markers:
             set_stamp(marker.header.stamp, stamp_ns)
         return self.message

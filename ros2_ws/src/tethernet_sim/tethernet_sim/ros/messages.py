@@ -11,26 +11,25 @@ from tf2_msgs.msg import TFMessage
 
 from tethernet_control.layout import KNOT_ROWS
 from tethernet_control.ros import topics
-from tethernet_control.ros.conversions import set_stamp
+from tethernet_control.ros.conversions import rotate, set_stamp
 from tethernet_control.settings import ControlParameters
 from tethernet_msgs.msg import NetState
 
-from ..state import ATTITUDE, CHASER, DEBRIS, MOMENTUM, POSITION, VELOCITY, rotate
+from ..state import ATTITUDE, CHASER, DEBRIS, MOMENTUM, POSITION, VELOCITY
 from ..world import World
 
 UNKNOWN_VARIANCE = 1e6
 """Variance of what is not measured: an MU's attitude [rad^2] and angular rate [rad^2/s^2]."""
-_CONJUGATE = np.array([-1.0, -1.0, -1.0, 1.0])
 
 
 def set_xyz(target, values) -> None:
-    """Write three numbers into a Point or Vector3."""
-    target.x, target.y, target.z = float(values[0]), float(values[1]), float(values[2])
+    """Write three Python floats into a Point or Vector3."""
+    target.x, target.y, target.z = values
 
 
 def set_quaternion(target, values) -> None:
-    """Write x y z w into a Quaternion."""
-    target.x, target.y, target.z, target.w = (float(value) for value in values)
+    """Write x y z w, Python floats, into a Quaternion."""
+    target.x, target.y, target.z, target.w = values
 
 
 class MuOdometry:
@@ -61,21 +60,23 @@ class BodyOdometry:
         inertia: about its body axes [kg m^2], shape (3,).
         """
         self._body = body
-        self._inertia = inertia
+        self._inertia = inertia.tolist()
         self.message = Odometry()
         self.message.header.frame_id = topics.FRAME
         self.message.child_frame_id = frame
 
     def fill(self, stamp_ns: int, world: World) -> Odometry:
         """The message for the body's present motion; the twist is in its own frame, as nav_msgs defines it."""
-        row = world.state.bodies[0, self._body]
+        row = world.state.bodies[0, self._body].tolist()
+        x, y, z, w = row[ATTITUDE]
+        to_body = (-x, -y, -z, w)
         message = self.message
         set_stamp(message.header.stamp, stamp_ns)
         set_xyz(message.pose.pose.position, row[POSITION])
         set_quaternion(message.pose.pose.orientation, row[ATTITUDE])
-        to_body = row[ATTITUDE] * _CONJUGATE
         set_xyz(message.twist.twist.linear, rotate(to_body, row[VELOCITY]))
-        set_xyz(message.twist.twist.angular, rotate(to_body, row[MOMENTUM]) / self._inertia)
+        momentum = rotate(to_body, row[MOMENTUM])
+        set_xyz(message.twist.twist.angular, [h / i for h, i in zip(momentum, self._inertia, strict=True)])
         return message
 
 
@@ -113,12 +114,12 @@ class Transforms:
     def fill(self, stamp_ns: int, world: World) -> TFMessage:
         """The message for the present state."""
         bodies = world.state.bodies[0]
-        places = [*world.state.mu_pos[0], world.net_center(0), bodies[DEBRIS, POSITION], bodies[CHASER, POSITION]]
+        places = [*world.state.mu_pos[0].tolist(), world.net_center(0), *bodies[:, POSITION].tolist()]
         for transform, place in zip(self.message.transforms, places, strict=True):
             set_stamp(transform.header.stamp, stamp_ns)
             set_xyz(transform.transform.translation, place)
-        set_quaternion(self.message.transforms[-2].transform.rotation, bodies[DEBRIS, ATTITUDE])
-        set_quaternion(self.message.transforms[-1].transform.rotation, bodies[CHASER, ATTITUDE])
+        set_quaternion(self.message.transforms[-2].transform.rotation, bodies[DEBRIS, ATTITUDE].tolist())
+        set_quaternion(self.message.transforms[-1].transform.rotation, bodies[CHASER, ATTITUDE].tolist())
         return self.message
 
 
