@@ -161,6 +161,16 @@ def test_what_is_missing_is_told_and_the_rest_is_drawn(tmp_path, coarse, capsys,
     assert {path.name for path in (tmp_path / "out").iterdir()} == drawn
 
 
+def test_a_mission_that_was_never_launched_has_no_pictures(tmp_path, capsys):
+    flown = ["/net/state", "/debris/odom", "/chaser/odom", "/capture/assessment", "/mission/state"]
+    flown += [name for name in MU_TOPICS if not name.endswith("status")]
+    toy_mission.write_bag(tmp_path / "bag", end_s=0.0, without=flown)
+    status, out, err = analyse(capsys, tmp_path, "--output", tmp_path / "out")
+    assert (status, err) == (0, "")
+    assert "nothing was flown: no pictures" in out
+    assert not (tmp_path / "out").exists()
+
+
 def test_nan_is_left_out_and_told(tmp_path, coarse, capsys):
     """A bag with NaN in odometry, net and thrust, as no node of ours would send it."""
     from rclpy.serialization import serialize_message

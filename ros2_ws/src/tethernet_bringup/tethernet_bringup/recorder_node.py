@@ -108,7 +108,6 @@ class Recorder(Node):
         self._sources = _sources(self.settings)
         self._timeline = Timeline()
         self._early: list[_Early] = []
-        self._fault = ""
         self._bag = BagWriter(
             Path(self.settings.output).absolute(),
             [_bag_topic(source.topic) for source in self._sources],

@@ -60,6 +60,8 @@ def _analyse(options) -> None:
         files += pictures.make(data, bag, folder, options.format)
     if files:
         print(f"\nwritten to {folder}: {', '.join(path.name for path in files)}")
+    elif not options.no_plots:
+        print("\nnothing was flown: no pictures")
 
 
 def default_output(bag: Path) -> Path:

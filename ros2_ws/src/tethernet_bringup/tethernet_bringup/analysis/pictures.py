@@ -8,7 +8,7 @@ from pathlib import Path
 from ..bag_errors import BagError
 from ..bag_reader import BagReader
 from . import plots, scene, snapshots
-from .evaluation import SETTLED_S, report
+from .evaluation import SETTLED_S, net_distance, report, tracking_error
 from .mission_data import MissionData
 from .snapshots import Snapshot
 from .table import verdict
@@ -34,11 +34,11 @@ def make(data: MissionData, bag: BagReader, folder: Path, extension: str = "png"
     shots = snapshots.take(data, bag)
     visible = any(shot.knots is not None or shot.mus or shot.debris is not None for shot in shots)
     figures = {}
-    if any(len(series.plan) for series in data.mus.values()) or len(data.net) or len(data.distances):
+    if net_distance(data).known or any(tracking_error(data, mu).known for mu in data.mus):
         figures["tracking"] = _one(plots.tracking, data, 9.0, 5.0)
     if any(len(series.thrust) for series in data.mus.values()):
         figures["thrust"] = _thrust(data)
-    if any(len(series.fuel) for series in data.mus.values()):
+    if any((series.fuel.values > 0.0).any() for series in data.mus.values()):
         figures["fuel"] = _one(plots.fuel, data, 8.0, 4.5)
     if len(data.assessments):
         figures["capture"] = _one(plots.capture, data, 8.0, 4.5)
