@@ -34,7 +34,7 @@ def test_unknown_policy_names_the_allowed_ones():
 
 
 def test_unknown_design_names_the_allowed_ones():
-    with pytest.raises(ValueError, match="5 MUs; allowed: 4 .* or 8"):
+    with pytest.raises(ValueError, match=r"5 MUs; allowed: 4 .* or 8"):
         policies.aiming_points("nominal", 5, (0.0, 0.0, -50.0))
 
 

@@ -28,7 +28,6 @@ from .settings import ControlParameters
 
 _WATCH, _PUSH, _SILENCE = "watch", "push", "silence"
 _SILENCE_S = 2.0  # [s] long enough for the watchdog and two averages after it
-_FIRST_S = 10.0  # [s] wait for the first odometry
 
 
 class DriverCheck(Node):
@@ -58,7 +57,7 @@ class DriverCheck(Node):
     @property
     def done(self) -> bool:
         """True when every phase is over, or the driver never spoke."""
-        silent = not self.samples and time.monotonic() - self._begin_s > _FIRST_S
+        silent = not self.samples and time.monotonic() - self._begin_s > self._options.wait
         return silent or self._phase >= len(self._plan)
 
     def _on_period(self) -> None:
@@ -79,7 +78,7 @@ class DriverCheck(Node):
                 coordinates(twist.twist.linear), _variances(pose.covariance), _variances(twist.covariance),
             )
         )  # fmt: skip
-        self._writer_count = max(self._writer_count, self.count_writer_count(topics.mu_odometry(self._options.mu)))
+        self._writer_count = max(self._writer_count, self.count_publishers(topics.mu_odometry(self._options.mu)))
         self._reader_count = self._thrust_publisher.get_subscription_count()
         if self._phase < 0 or (
             self._phase < len(self._plan) and now - self._phase_begin_s >= self._plan[self._phase][1]
@@ -138,6 +137,7 @@ def _arguments(args: list[str] | None) -> argparse.Namespace:
     control = load(ControlParameters)
     parser = argparse.ArgumentParser(prog="check_driver", description="Check a driver of an MU against the contract.")
     parser.add_argument("--mu", type=int, required=True, choices=range(1, 9), help="number of the MU")
+    parser.add_argument("--wait", type=float, default=10.0, help="[s] for the first odometry, default 10")
     parser.add_argument("--duration", type=float, default=5.0, help="[s] to watch before the MU is moved, default 5")
     parser.add_argument("--clock", choices=("own", "sim"), default="own", help="sim: give the driver /clock at 20 Hz")
     parser.add_argument("--thrust", type=float, default=1.0, help="[N] to push with, default 1")
@@ -147,7 +147,7 @@ def _arguments(args: list[str] | None) -> argparse.Namespace:
     options = parser.parse_args(args)
     if not 0.0 < abs(options.thrust) <= control.thrust_limit_n:
         parser.error(f"--thrust {options.thrust:g}: allowed: up to {control.thrust_limit_n:g} N, not 0")
-    for name in ("duration", "push", "mass"):
+    for name in ("wait", "duration", "push", "mass"):
         if not getattr(options, name) > 0.0:
             parser.error(f"--{name} {getattr(options, name):g}: allowed: more than 0")
     return options

@@ -18,11 +18,11 @@ from tethernet_control.ros.conversions import (
     finite,
     mission_from,
     nanoseconds,
-    odometry_values,
     set_stamp,
 )
 from tethernet_control.ros.parameters import NODE_OPTIONS, declare
 from tethernet_control.ros.qos import BULK, CONTROL, STATE, STATE_BACKLOG
+from tethernet_control.ros.serialized_odometry import serialized_odometry_values
 from tethernet_control.settings import ControlParameters, MissionParameters
 from tethernet_msgs.msg import CaptureAssessment, MissionState, NetState
 from tethernet_sim.capture_quality import QualityParameters
@@ -62,7 +62,7 @@ class AssessorNode(Node):
 
         self._publisher = self.create_publisher(CaptureAssessment, topics.CAPTURE_ASSESSMENT, STATE)
         self.create_subscription(MissionState, topics.MISSION_STATE, self._on_mission, STATE)
-        self.create_subscription(Odometry, topics.DEBRIS_ODOMETRY, self._on_debris, STATE_BACKLOG)
+        self.create_subscription(Odometry, topics.DEBRIS_ODOMETRY, self._on_debris, STATE_BACKLOG, raw=True)
         if parameters.simulated:
             self.create_subscription(NetState, topics.NET_STATE, self._on_net, BULK)
             import scipy.spatial  # noqa: F401  takes half a second: better now than in the middle of a flight
@@ -71,7 +71,7 @@ class AssessorNode(Node):
             self._pairs = DockedPairs(self._mu_count, rules.docking_distance_m)
             for mu in range(1, self._mu_count + 1):
                 self.create_subscription(
-                    Odometry, topics.mu_odometry(mu), lambda message, mu=mu: self._on_mu(mu, message), CONTROL
+                    Odometry, topics.mu_odometry(mu), lambda data, mu=mu: self._on_mu(mu, data), CONTROL, raw=True
                 )
         wall = Clock(clock_type=ClockType.STEADY_TIME)
         self.create_timer(_POLL_S, lambda: self._publish(self._assessor.overdue()), clock=wall)
@@ -100,9 +100,9 @@ class AssessorNode(Node):
         self._waiting.append(message)
         self._assess_waiting()
 
-    def _on_debris(self, message: Odometry) -> None:
+    def _on_debris(self, data: bytes) -> None:
         try:
-            stamp_ns, position, _ = odometry_values(message)
+            stamp_ns, position, _ = serialized_odometry_values(data)
         except MessageError as error:
             self._drop("debris odometry", str(error))
             return
@@ -164,9 +164,9 @@ class AssessorNode(Node):
 
     # Where nothing but the MUs is measured
 
-    def _on_mu(self, mu: int, message: Odometry) -> None:
+    def _on_mu(self, mu: int, data: bytes) -> None:
         try:
-            stamp_ns, position, _ = odometry_values(message)
+            stamp_ns, position, _ = serialized_odometry_values(data)
         except MessageError as error:
             self._drop(f"odometry of MU {mu}", str(error))
             return

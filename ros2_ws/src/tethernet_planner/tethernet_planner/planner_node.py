@@ -23,12 +23,12 @@ from tethernet_control.ros.conversions import (
     finite,
     mission_message,
     nanoseconds,
-    odometry_values,
     point_message,
     set_stamp,
 )
 from tethernet_control.ros.parameters import NODE_OPTIONS, declare
 from tethernet_control.ros.qos import BULK, CONTROL, STATE, STATE_BACKLOG
+from tethernet_control.ros.serialized_odometry import serialized_odometry_values
 from tethernet_control.settings import ControlParameters, MissionParameters
 from tethernet_msgs.msg import MissionState, MuStatus, NetState
 from tethernet_msgs.srv import PlanAimingPoints
@@ -38,7 +38,7 @@ from .sequencer import MissionSequencer, mu_names
 from .settings import PlannerParameters
 from .swarm import SwarmCentroid
 
-_POLL_S = 0.02  # [s] wall time between two looks at the deadlines
+_POLL_S = 0.05  # [s] wall time between two looks at the deadlines
 _UNKNOWN = (math.nan,) * 3
 
 
@@ -72,7 +72,7 @@ class PlannerNode(Node):
         self.create_service(PlanAimingPoints, topics.PLAN_AIMING_POINTS, self._on_plan)
         self.create_service(Trigger, topics.START, self._on_start)
         self.create_service(Trigger, topics.ABORT, self._on_abort)
-        self.create_subscription(Odometry, topics.DEBRIS_ODOMETRY, self._on_debris, STATE_BACKLOG)
+        self.create_subscription(Odometry, topics.DEBRIS_ODOMETRY, self._on_debris, STATE_BACKLOG, raw=True)
         for mu in range(1, mu_count + 1):
             self.create_subscription(MuStatus, topics.mu_status(mu), self._on_status, STATE)
         self._swarm = None
@@ -82,7 +82,7 @@ class PlannerNode(Node):
             self._swarm = SwarmCentroid(mu_count, control.watchdog_periods * control.period_ns)
             for mu in range(1, mu_count + 1):
                 self.create_subscription(
-                    Odometry, topics.mu_odometry(mu), lambda message, mu=mu: self._on_mu(mu, message), CONTROL
+                    Odometry, topics.mu_odometry(mu), lambda data, mu=mu: self._on_mu(mu, data), CONTROL, raw=True
                 )
         wall = Clock(clock_type=ClockType.STEADY_TIME)
         self.create_timer(_POLL_S, self._on_poll, clock=wall)
@@ -105,9 +105,9 @@ class PlannerNode(Node):
         self._net, self._net_ns = center, stamp_ns
         self._decide()
 
-    def _on_debris(self, message: Odometry) -> None:
+    def _on_debris(self, data: bytes) -> None:
         try:
-            stamp_ns, position, _ = odometry_values(message)
+            stamp_ns, position, _ = serialized_odometry_values(data)
         except MessageError as error:
             self._drop("debris odometry", str(error))
             return
@@ -124,9 +124,9 @@ class PlannerNode(Node):
         self._sequencer.saw_time(stamp_ns)
         self._decide()
 
-    def _on_mu(self, mu: int, message: Odometry) -> None:
+    def _on_mu(self, mu: int, data: bytes) -> None:
         try:
-            stamp_ns, position, _ = odometry_values(message)
+            stamp_ns, position, _ = serialized_odometry_values(data)
         except MessageError as error:
             self._drop(f"odometry of MU {mu}", str(error))
             return

@@ -9,6 +9,7 @@ every callback. The MultiThreadedExecutor is never used: it loses replies.
 
 from __future__ import annotations
 
+import gc
 import os
 import signal
 import sys
@@ -96,6 +97,7 @@ def run(make_node: Callable[[], Node], args: list[str] | None = None) -> int:
         initialised = True
         node = make_node()
         serve_connections(node)
+        gc.freeze()  # what was imported stays: no collection shall walk through it in the middle of a flight
         spin(node)
     except ExternalShutdownException:
         return STOPPED
