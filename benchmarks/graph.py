@@ -64,9 +64,12 @@ def fly(command: list[str], pace: str, parameters: Path | None, domain_id: int, 
     words += ["--params", str(parameters)] if parameters else []
     allowed = (CAPTURED, NOT_CAPTURED) if parameters else (CAPTURED,)
     # A session of its own: whatever happens here, Ctrl-C reaches the command once, from this program.
-    process = subprocess.Popen(
-        [*command, *words], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, start_new_session=True
-    )
+    try:
+        process = subprocess.Popen(
+            [*command, *words], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, start_new_session=True
+        )
+    except OSError as error:
+        raise BenchmarkError(f"cannot start {' '.join(command)}: {error.strerror}") from error
     with CpuSampler(process.pid) as sampler:
         try:
             said, _ = process.communicate(timeout=TIMEOUT_S)

@@ -238,7 +238,7 @@ def simulate(
     Raises:
         ValueError: when ``dt`` does not divide the control period.
     """
-    per = round(CONTROL_PERIOD / dt)
+    per = round(CONTROL_PERIOD / dt) if dt > 0.0 else 0  # NaN is not greater either
     if per < 1 or abs(per * dt - CONTROL_PERIOD) > 1e-9 * CONTROL_PERIOD:
         raise ValueError(f"dt = {dt:g} s; allowed: what divides the control period of {CONTROL_PERIOD:g} s")
     net = Net(mus, young)

@@ -1,0 +1,99 @@
+"""Every benchmark runs, and ends with one line of JSON that has the promised keys."""
+
+from __future__ import annotations
+
+import json
+import math
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+from benchmarks import figures
+from benchmarks.processes import CpuSampler
+
+ROOT = Path(__file__).resolve().parents[2]
+MISSION_COMMAND = f"{sys.executable} -m tethernet_bringup.cli"
+TIMEOUT_S = 240.0
+
+
+def run(name: str, *words: str) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(
+        [sys.executable, "-m", f"benchmarks.{name}", *words],
+        cwd=ROOT, capture_output=True, text=True, timeout=TIMEOUT_S, check=False,
+    )  # fmt: skip
+
+
+def last_line(done: subprocess.CompletedProcess[str], name: str) -> dict:
+    assert done.returncode == 0, done.stdout + done.stderr
+    result = json.loads(done.stdout.splitlines()[-1])
+    assert next(iter(result.items())) == ("benchmark", name)
+    return result
+
+
+def test_engine():
+    pytest.importorskip("mujoco", reason="MuJoCo is the peer; requirements/bench.txt has it")
+    result = last_line(run("engine", "--smoke"), "engine")
+    assert result["cpu_ratio_mujoco"] > 0.0
+    assert 0.0 < result["mu_max_error_mm"] < 5.0
+    assert 0.0 < result["com_max_error_m"] < 0.3
+
+
+def test_mission():
+    result = last_line(run("mission", "--smoke"), "mission")
+    assert result["cpu_s"] > 0.0
+    assert result["cpu_s"] == pytest.approx(result["deployment_cpu_s"] + result["capture_cpu_s"], rel=1e-3)
+    assert result["batch_scenarios_per_s"] > 0.0
+
+
+@pytest.mark.ros
+def test_graph(domain_id):
+    result = last_line(run("graph", "--smoke", "--domain-id", str(domain_id), "--command", MISSION_COMMAND), "graph")
+    assert result["real_time_factor"] > 0.0
+    assert result["latency_p99_ms"] > 0.0
+    assert result["deadline_misses"] >= 0
+    assert result["start_s"] > 0.0
+    assert 100.0 < result["memory_mb"] < 1500.0
+    assert result["lockstep_deadline_misses"] == 0
+
+
+@pytest.mark.parametrize(
+    ("command", "said"), [("false", "exit status 1 (allowed: (0, 3)) of false"), ("/no/such/mission", "cannot start")]
+)
+def test_graph_tells_what_the_mission_said_when_it_fails(command, said):
+    done = run("graph", "--smoke", "--command", command)
+    assert done.returncode == 1
+    assert said in done.stderr
+    assert "Traceback" not in done.stderr
+    assert '"benchmark"' not in done.stdout
+
+
+@pytest.mark.parametrize(
+    ("name", "words"), [("engine", ["--turns", "0"]), ("mission", ["--batch", "0"]), ("graph", ["--missions", "0"])]
+)
+def test_nothing_to_measure_is_bad_usage(name, words):
+    done = run(name, *words)
+    assert done.returncode == 2
+    assert "allowed: 1 or more" in done.stderr
+
+
+def test_the_last_line_rounds_and_has_null_for_what_is_not_a_number(capsys):
+    figures.conclude("some", {"a": 1.23456789, "b": math.nan, "c": 3, "d": 1234567.0, "e": None})
+    assert json.loads(capsys.readouterr().out) == {
+        "benchmark": "some", "a": 1.235, "b": None, "c": 3, "d": 1235000.0, "e": None,
+    }  # fmt: skip
+
+
+def test_cpu_time_is_seen_for_a_command_and_its_children():
+    burn = "import time\nwhile time.process_time() < 0.3: pass\n"
+    parent = f"import subprocess, sys; subprocess.run([sys.executable, '-c', {burn!r}, '__node:=worker']); input()"
+    command = subprocess.Popen([sys.executable, "-c", parent], stdin=subprocess.PIPE, text=True)
+    with CpuSampler(command.pid, period_s=0.02) as sampler:
+        deadline = time.monotonic() + 60.0
+        while sampler.between(sampler.began, time.monotonic()).get("worker", 0.0) < 0.2:
+            assert time.monotonic() < deadline, "the worker's CPU time was not seen"
+            time.sleep(0.02)
+        command.communicate("\n")
+    assert command.returncode == 0
