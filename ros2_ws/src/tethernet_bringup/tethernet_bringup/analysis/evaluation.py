@@ -91,12 +91,11 @@ def net_distance(data: MissionData) -> Curve:
 
 
 def quality(data: MissionData) -> tuple[Curve, Curve]:
-    """CQI (NaN where it could not be measured) and locked pairs."""
+    """CQI (NaN where it could not be measured) and locked pairs (by the net's state, else as the assessor saw them)."""
     both = curve(data, data.assessments)
-    if not len(both.time_s):
-        return both, both
     cqi = np.where(both.value[:, 0] < 0.0, np.nan, both.value[:, 0])
-    return Curve(both.time_s, cqi), Curve(both.time_s, both.value[:, 1])
+    pairs = curve(data, data.locked) if len(data.locked) else Curve(both.time_s, both.value[:, 1])
+    return Curve(both.time_s, cqi), pairs
 
 
 def thrust_curve(data: MissionData, mu: int) -> Curve:

@@ -151,7 +151,6 @@ class MissionData:
     """Net to debris by the assessor [m]."""
     final: Assessment | None = None
     trigger: Assessment | None = None
-    newest_assessment: Any = None
     debris: Series = field(default_factory=lambda: Series(7))
     """Position [m] and attitude x y z w."""
     chaser: Series = field(default_factory=lambda: Series(7))
@@ -159,6 +158,8 @@ class MissionData:
     """The net's centre of mass [m]."""
     truth: dict[int, Series] = field(default_factory=dict)
     """True positions of the MUs [m], where a simulator told them."""
+    locked: Series = field(default_factory=lambda: Series(1))
+    """Closing pairs that hold, by /net/state."""
     net_stamps: array = field(default_factory=lambda: array("q"))
     """Of every /net/state in the order of the bag [ns]."""
     topics: dict[str, TopicCount] = field(default_factory=dict)
@@ -327,7 +328,6 @@ class _Reader:
 
     def _assessment(self, message) -> None:
         data, stamp = self._data, _stamp(message)
-        data.newest_assessment = message
         # Series leaves out rows with NaN: where the quality cannot be measured, pairs are still worth a line.
         data.assessments.add(stamp, message.cqi if math.isfinite(message.cqi) else -1.0, message.locked_pairs)
         data.distances.add(stamp, message.net_debris_distance)
@@ -340,6 +340,7 @@ class _Reader:
         stamp = _stamp(message)
         self._data.net_stamps.append(stamp)
         self._data.net.add(stamp, *_xyz(message.center_of_mass))
+        self._data.locked.add(stamp, float(np.count_nonzero(message.locked)))
         positions = np.asarray(message.mu_positions, dtype=float)
         for mu in range(len(positions) // 3):
             self._data.truth.setdefault(mu + 1, Series(3)).add(stamp, *positions[3 * mu : 3 * mu + 3])

@@ -40,7 +40,7 @@ def make(data: MissionData, bag: BagReader, folder: Path, extension: str = "png"
         figures["thrust"] = _thrust(data)
     if any((series.fuel.values > 0.0).any() for series in data.mus.values()):
         figures["fuel"] = _one(plots.fuel, data, 8.0, 4.5)
-    if len(data.assessments):
+    if len(data.assessments) or len(data.locked):
         figures["capture"] = _one(plots.capture, data, 8.0, 4.5)
     if visible:
         figures["snapshots"] = _snapshots(data, shots)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+from tethernet_control.layout import DESIGNS
 from tethernet_control.mission import Phase
 
 from .evaluation import curve, error_source, net_distance, quality, thrust_curve, tracking_error
@@ -126,15 +127,16 @@ def capture(axes, data: MissionData) -> None:
     _time_axis(axes, data)
     axes.set_title("Capture quality and locked pairs", fontsize=10, loc="left")
     right = axes.twinx()
-    judged = data.newest_assessment
+    design = DESIGNS.get(data.mu_count)
     if len(pairs.time_s):
         right.step(pairs.time_s, pairs.value, where="post", color="#D55E00", linewidth=1.6)
-        right.axhline(judged.required_locked_pairs, color="#D55E00", linewidth=0.8, linestyle="--")
+    if design is not None:
+        right.axhline(design.required_locked_pairs, color="#D55E00", linewidth=0.8, linestyle="--")
         right.annotate(
-            f"at least {judged.required_locked_pairs} needed", (0.02, judged.required_locked_pairs),
+            f"at least {design.required_locked_pairs} needed", (0.02, design.required_locked_pairs),
             xycoords=("axes fraction", "data"), xytext=(0, 2), textcoords="offset points", fontsize=8, color="#D55E00",
         )  # fmt: skip
-        right.set_ylim(0.0, 1.05 * max(judged.max_locked_pairs, 1))
+        right.set_ylim(0.0, 1.05 * max(design.max_locked_pairs, 1))
     right.set_ylabel("locked pairs", color="#D55E00")
     mark_phases(axes, data)
 

@@ -7,6 +7,7 @@ import re
 from pathlib import Path
 from typing import Any
 
+from tethernet_control.layout import DESIGNS
 from tethernet_control.mission import Phase
 
 from .evaluation import (
@@ -35,7 +36,7 @@ def summary(data: MissionData, bag: Path) -> dict[str, Any]:
     topics = [topic_report(name, topic) for name, topic in sorted(data.topics.items())]
     cqi, pairs = quality(data)
     distance = net_distance(data)
-    judged = data.final.message if data.final else data.newest_assessment
+    design = DESIGNS.get(data.mu_count)
     return _finite(
         {
             "bag": str(bag),
@@ -45,8 +46,8 @@ def summary(data: MissionData, bag: Path) -> dict[str, Any]:
             "captured": bool(data.final.message.captured) if data.final else None,
             "cqi": float(cqi.value[-1]) if len(cqi.value) else None,
             "locked_pairs": int(pairs.value[-1]) if len(pairs.value) else None,
-            "max_locked_pairs": int(judged.max_locked_pairs) if judged else None,
-            "required_locked_pairs": int(judged.required_locked_pairs) if judged else None,
+            "max_locked_pairs": design.max_locked_pairs if design else None,
+            "required_locked_pairs": design.required_locked_pairs if design else None,
             "mouth_area_m2": float(data.trigger.message.mouth_area) if data.trigger else None,
             "net_debris_distance_m": float(distance.value[-1]) if len(distance.value) else None,
             "smallest_net_debris_distance_m": float(distance.value.min()) if len(distance.value) else None,
