@@ -1,5 +1,9 @@
 """What can go wrong with a bag: one small tree, so that a caller can catch as much as it means to."""
 
+from __future__ import annotations
+
+import errno
+
 
 class BagError(Exception):
     """Something about a bag is wrong; the text is meant for the user."""
@@ -11,3 +15,11 @@ class NotABagError(BagError):
 
 class BagWriteError(BagError):
     """The bag cannot be written (any further); what is in it is kept."""
+
+
+def cause(error: OSError) -> str:
+    """Why the system refused, and what to do about it where that is plain."""
+    text = error.strerror or str(error)
+    if error.errno in (errno.ENOSPC, errno.EDQUOT):
+        text += " (a mission takes some 10 MB: free as much, or give another folder)"
+    return text

@@ -20,7 +20,7 @@ import tempfile
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from .bag_errors import BagWriteError
+from .bag_errors import BagWriteError, cause
 from .bag_metadata import BagTopic, metadata_yaml, serialized_metadata
 from .mcap_writer import McapWriter
 
@@ -155,14 +155,14 @@ class BagWriter:
                 draft.unlink(missing_ok=True)
             except OSError:
                 pass
-            raise BagWriteError(f"cannot write {target}: {error.strerror}") from error
+            raise BagWriteError(f"cannot write {target}: {cause(error)}") from error
 
     def _make_folder(self) -> None:
         try:
             self.folder.mkdir(parents=True, exist_ok=True)
             in_the_way = [entry.name for entry in self.folder.iterdir()]
         except OSError as error:
-            raise BagWriteError(f"cannot make the bag's folder {self.folder}: {error.strerror}") from error
+            raise BagWriteError(f"cannot make the bag's folder {self.folder}: {cause(error)}") from error
         if in_the_way:
             raise BagWriteError(
                 f"the folder {self.folder} is not empty (it holds {', '.join(sorted(in_the_way)[:3])}); "
@@ -174,14 +174,12 @@ class BagWriter:
             handle, name = tempfile.mkstemp(prefix=".reserve", dir=self.folder)
             Path(name).unlink()  # without a name it vanishes with this process, however that ends
         except OSError as error:
-            raise BagWriteError(f"cannot write into {self.folder}: {error.strerror}") from error
+            raise BagWriteError(f"cannot write into {self.folder}: {cause(error)}") from error
         try:
             os.posix_fallocate(handle, 0, RESERVE_BYTES)
         except OSError as error:
             os.close(handle)
-            raise BagWriteError(
-                f"no room for a bag in {self.folder}: {error.strerror}; a mission takes some 20 MB, free that much"
-            ) from error
+            raise BagWriteError(f"no room for a bag in {self.folder}: {cause(error)}") from error
         return handle
 
     def _release(self) -> None:

@@ -36,7 +36,7 @@ from mcap.records import (
     SummaryOffset,
 )
 
-from .bag_errors import BagWriteError
+from .bag_errors import BagWriteError, cause
 
 MAGIC = b"\x89MCAP0\r\n"
 LIBRARY = "tethernet"
@@ -78,7 +78,7 @@ class McapWriter:
         try:
             self._file = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_CLOEXEC, 0o644)
         except OSError as error:
-            raise BagWriteError(f"cannot make {path}: {error.strerror}") from error
+            raise BagWriteError(f"cannot make {path}: {cause(error)}") from error
         self._append(MAGIC + _packed(Header(profile=profile, library=LIBRARY)))
 
     @property
@@ -253,7 +253,7 @@ class McapWriter:
                 os.lseek(self._file, self._end, os.SEEK_SET)
             except OSError:
                 pass  # the error itself matters more; readers cope with half a record at the end
-            raise BagWriteError(f"cannot write {self._path}: {error.strerror}") from error
+            raise BagWriteError(f"cannot write {self._path}: {cause(error)}") from error
         self._end += len(record)
 
 

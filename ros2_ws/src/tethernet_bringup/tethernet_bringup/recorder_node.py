@@ -40,7 +40,7 @@ from tethernet_control.ros import qos, topics
 from tethernet_control.ros.executor import FAULT, STOPPED, USAGE
 from tethernet_control.ros.parameters import NODE_OPTIONS, declare
 
-from .bag_errors import BagError, BagWriteError
+from .bag_errors import BagError, BagWriteError, cause
 from .bag_metadata import BagTopic, as_texts, qos_profiles
 from .bag_writer import BagWriter
 from .message_definitions import installed_type
@@ -234,7 +234,7 @@ class Recorder(Node):
             draft.write_text(json.dumps(report, indent=2) + "\n", encoding="utf-8")
             draft.replace(path)
         except OSError as error:
-            raise BagWriteError(f"cannot write {path}: {error.strerror}") from error
+            raise BagWriteError(f"cannot write {path}: {cause(error)}") from error
 
 
 def _sources(settings: RecorderParameters) -> list[_Source]:
