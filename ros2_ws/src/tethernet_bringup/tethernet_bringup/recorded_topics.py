@@ -8,8 +8,8 @@ from tethernet_control.layout import design
 from tethernet_control.parameters import ParameterError
 from tethernet_control.ros import topics
 
-_CONTROL_DEPTH = 10
-_BULK_DEPTH = 100
+_EVERY_TICK_DEPTH = 100
+_STATE_DEPTH = 10
 
 
 @dataclass(frozen=True)
@@ -21,7 +21,7 @@ class RecordedTopic:
     """Such as nav_msgs/msg/Odometry."""
     latched: bool = False
     """Whether its publishers keep samples for late joiners."""
-    depth: int = _CONTROL_DEPTH
+    depth: int = _EVERY_TICK_DEPTH
     """How many samples its publishers keep."""
     tells_time: bool = False
     """Whether its stamps are the mission's time, see :mod:`tethernet_bringup.timeline`."""
@@ -40,22 +40,24 @@ def mission_topics(mu_count: int) -> list[RecordedTopic]:
     """
     result = [
         RecordedTopic(topics.CLOCK, "rosgraph_msgs/msg/Clock", tells_time=True),
-        RecordedTopic(topics.MISSION_STATE, "tethernet_msgs/msg/MissionState", latched=True),
+        RecordedTopic(topics.MISSION_STATE, "tethernet_msgs/msg/MissionState", latched=True, depth=_STATE_DEPTH),
         RecordedTopic(topics.PLANNER_HEARTBEAT, "std_msgs/msg/Header"),
         RecordedTopic(topics.DEBRIS_ODOMETRY, "nav_msgs/msg/Odometry", latched=True, tells_time=True),
         RecordedTopic(topics.CHASER_ODOMETRY, "nav_msgs/msg/Odometry", latched=True),
-        RecordedTopic(topics.NET_STATE, "tethernet_msgs/msg/NetState", depth=_BULK_DEPTH),
-        RecordedTopic(topics.NET_MARKERS, "visualization_msgs/msg/MarkerArray", depth=_BULK_DEPTH),
+        RecordedTopic(topics.NET_STATE, "tethernet_msgs/msg/NetState"),
+        RecordedTopic(topics.NET_MARKERS, "visualization_msgs/msg/MarkerArray"),
         RecordedTopic(topics.TF, "tf2_msgs/msg/TFMessage", shared=True),
-        RecordedTopic(topics.DIAGNOSTICS, "diagnostic_msgs/msg/DiagnosticArray", depth=_BULK_DEPTH, shared=True),
-        RecordedTopic(topics.SIM_STATUS, "tethernet_msgs/msg/SimStatus", latched=True),
-        RecordedTopic(topics.CAPTURE_ASSESSMENT, "tethernet_msgs/msg/CaptureAssessment", latched=True),
+        RecordedTopic(topics.DIAGNOSTICS, "diagnostic_msgs/msg/DiagnosticArray", shared=True),
+        RecordedTopic(topics.SIM_STATUS, "tethernet_msgs/msg/SimStatus", latched=True, depth=_STATE_DEPTH),
+        RecordedTopic(
+            topics.CAPTURE_ASSESSMENT, "tethernet_msgs/msg/CaptureAssessment", latched=True, depth=_STATE_DEPTH
+        ),
     ]
     for mu in range(1, design(mu_count).mu_count + 1):
         result += (
             RecordedTopic(topics.mu_odometry(mu), "nav_msgs/msg/Odometry", tells_time=True),
             RecordedTopic(topics.mu_thrust(mu), "geometry_msgs/msg/WrenchStamped"),
-            RecordedTopic(topics.mu_status(mu), "tethernet_msgs/msg/MuStatus", latched=True),
+            RecordedTopic(topics.mu_status(mu), "tethernet_msgs/msg/MuStatus", latched=True, depth=_STATE_DEPTH),
         )
     return result
 
