@@ -116,8 +116,8 @@ class SimNode(Node):
         debris = np.array([n.debris_across, n.debris_across, n.debris_along])
         chaser = np.full(3, n.chaser_inertia)
         self._bodies = {
-            DEBRIS: (BodyOdometry(DEBRIS, "debris", debris), make(Odometry, topics.DEBRIS_ODOMETRY, qos.STATE)),
-            CHASER: (BodyOdometry(CHASER, "chaser", chaser), make(Odometry, topics.CHASER_ODOMETRY, qos.STATE)),
+            DEBRIS: (BodyOdometry(DEBRIS, "debris", debris), make(Odometry, topics.DEBRIS_ODOMETRY, qos.STATE_BACKLOG)),
+            CHASER: (BodyOdometry(CHASER, "chaser", chaser), make(Odometry, topics.CHASER_ODOMETRY, qos.STATE_BACKLOG)),
         }
         self._net, self._net_out = NetStateMessage(), make(NetState, topics.NET_STATE, qos.BULK)
         self._tf, self._tf_out = Transforms(len(self.mus)), make(TFMessage, topics.TF, qos.BULK)
