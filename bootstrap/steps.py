@@ -252,17 +252,17 @@ PROFILES: dict[str, tuple[Step, ...]] = {
     "mission": MISSION,
     "analysis": (VENV, PACKAGES, SOURCES),
     "lint": (VENV, PACKAGES, TEST),
-    "test": (*MISSION, TEST),
+    "test": (*MISSION, TEST, BENCH),
     "bench": (*MISSION, BENCH),
 }
-"""What each use of the environment needs."""
+"""What each use of the environment needs. The tests compare with what the benchmarks compare with, too."""
 
 ROS_MISSION = (VENV, ROS_PACKAGES, KERNELS)
 ROS_PROFILES: dict[str, tuple[Step, ...]] = {
     "mission": ROS_MISSION,
     "analysis": (VENV, ROS_PACKAGES),
     "lint": (VENV, TEST),
-    "test": (*ROS_MISSION, TEST),
+    "test": (*ROS_MISSION, TEST, BENCH),
     "bench": (*ROS_MISSION, BENCH),
 }
 """The same on top of a machine's own ROS 2, where colcon has built messages and packages."""
