@@ -16,7 +16,7 @@ from rclpy.executors import SingleThreadedExecutor
 from rclpy.qos import QoSProfile
 from std_srvs.srv import Trigger
 
-from tethernet_control.ros.connections import read_connections, service_name
+from tethernet_control.ros.connections import Connections, read_connections, service_name
 
 PATIENCE_S = 30.0
 """Limit of every wait; reached only when something is broken."""
@@ -33,6 +33,7 @@ class Probe:
         self.executor.add_node(self.node)
         self.received: dict[str, list] = defaultdict(list)
         self._publishers: dict[str, object] = {}
+        self._connections_clients: dict[str, object] = {}
 
     def listen(self, topic: str, kind: type, qos: QoSProfile, callback: Callable | None = None) -> list:
         """Collect a topic's messages; returns the list that they go to."""
@@ -58,13 +59,29 @@ class Probe:
             publisher = self._publishers[topic] = self.node.create_publisher(type(message), topic, qos)
             self.wait_for(lambda: publisher.get_subscription_count() >= 1, f"reader of {topic}")
             if reader:
-                while not read_connections(self.call(service_name(reader), Trigger)).publishers.get(topic):
+                while not self._connections(reader).publishers.get(topic):
                     self.spin_for(0.01)
         self._publishers[topic].publish(message)
 
-    def matched(self, topic: str, writers: int = 1) -> None:
-        """Wait until ``writers`` publishers of a topic that is listened to are known."""
-        self.wait_for(lambda: self.node.count_publishers(topic) >= writers, f"{writers} writer(s) of {topic}")
+    def matched(self, topic: str, writer: str = "") -> None:
+        """Wait until a publisher of a topic that is listened to is known.
+
+        Args:
+            topic: that is listened to.
+            writer: name of the node that publishes, one of this project: then both ends have found each other.
+        """
+        self.wait_for(lambda: self.node.count_publishers(topic) >= 1, f"writer of {topic}")
+        while writer and not self._connections(writer).subscribers.get(topic):
+            self.spin_for(0.01)
+
+    def _connections(self, node: str) -> Connections:
+        if node not in self._connections_clients:
+            self._connections_clients[node] = self.node.create_client(Trigger, service_name(node))
+        client = self._connections_clients[node]
+        self.wait_for(client.service_is_ready, f"connections of {node}")
+        future = client.call_async(Trigger.Request())
+        self.wait_for(future.done, f"connections of {node}")
+        return read_connections(future.result())
 
     def wait_for(self, condition: Callable[[], bool], what: str, timeout_s: float = PATIENCE_S) -> None:
         """Take messages until the condition holds.

@@ -30,7 +30,7 @@ class Bench:
         self.probe, self.mus = probe, mus
         self.process = processes.node("tethernet_planner.assessor_node", f"mu_count:={mus}", *parameters)
         self.found = probe.listen(topics.CAPTURE_ASSESSMENT, CaptureAssessment, STATE_BACKLOG)
-        probe.matched(topics.CAPTURE_ASSESSMENT)
+        probe.matched(topics.CAPTURE_ASSESSMENT, "assessor")
 
     def tell(self, mission):
         self.probe.publish(topics.MISSION_STATE, mission_message(mission, 0, False), STATE, "assessor")

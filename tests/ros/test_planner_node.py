@@ -34,7 +34,7 @@ class Bench:
         self.status_publishers = {
             mu: probe.node.create_publisher(MuStatus, topics.mu_status(mu), STATE) for mu in range(1, 9)
         }
-        probe.matched(topics.MISSION_STATE)
+        probe.matched(topics.MISSION_STATE, "planner")
 
     def _echo(self, state):
         if not state.confirmed:
@@ -76,7 +76,7 @@ class Bench:
         self.debris(0)
         self.probe.wait_for(lambda: self.start().success, "start")
         self.reached(Phase.DEPLOYING)
-        self.probe.matched(topics.PLANNER_HEARTBEAT)
+        self.probe.matched(topics.PLANNER_HEARTBEAT, "planner")
         return self
 
 

@@ -28,11 +28,16 @@ def mission_processes(setup: MissionSetup, folder: RunFolder) -> tuple[NodeProce
         NodeProcess(RECORDER, "tethernet_bringup.recorder_node", last=True, arguments=ros(RECORDER)),
         NodeProcess(PLANNER, "tethernet_planner.planner_node", arguments=ros(PLANNER)),
     ]
+    # In lock-step a slow machine halts the mission's time too: no reason for a controller to think its odometry lost.
+    factor = 20.0 if setup.scenario.pace == "lockstep" else 1.0
     for mu in range(1, setup.mu_count + 1):
         name = controller(mu)
         processes.append(
             NodeProcess(
-                name, "tethernet_control.controller_node", essential=False, arguments=ros(name, "-p", f"mu:={mu}")
+                name,
+                "tethernet_control.controller_node",
+                essential=False,
+                arguments=ros(name, "-p", f"mu:={mu}", "-p", f"watchdog_wall_factor:={factor}"),
             )
         )
     return tuple(processes)

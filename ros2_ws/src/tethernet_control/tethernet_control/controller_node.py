@@ -10,6 +10,8 @@ import re
 import sys
 import time
 from dataclasses import dataclass
+from pathlib import Path
+from typing import ClassVar
 
 from geometry_msgs.msg import WrenchStamped
 from nav_msgs.msg import Odometry
@@ -42,9 +44,17 @@ FALLBACK = "nominal (fallback)"
 
 @dataclass(frozen=True)
 class ControllerIdentity:
-    """Which MU this process controls; has no default."""
+    """What only this process knows: which MU it controls, and how wall time goes here."""
 
-    mu: int = parameter("Number of the MU", low=1, high=8)
+    FILE: ClassVar[Path] = Path(__file__).parent / "config" / "controller_node.yaml"
+
+    mu: int = parameter("Number of the MU; has no default", low=1, high=8)
+    watchdog_wall_factor: float = parameter(
+        "Wall time that the watchdog allows for one period of mission time: 1 where they are the same; "
+        "more in lock-step, where a halt of the machine is no loss of odometry",
+        low=1.0,
+        high=1000.0,
+    )
 
 
 class ControllerNode(Node):
@@ -61,6 +71,7 @@ class ControllerNode(Node):
         self._mu = identity.mu
         self._controller = MuController(identity.mu, self._settings)
         self._period_s = self._settings.control_period_s
+        self._patience_s = self._settings.watchdog_periods * self._period_s * identity.watchdog_wall_factor
         self._echo = 0
         self._told: tuple = ()
         self._answered = 0
@@ -181,13 +192,8 @@ class ControllerNode(Node):
         now = time.monotonic()
         if self._plan_deadline_s < math.inf:
             self._ask_planner()
-        if (
-            now - self._newest_odometry_s > self._settings.watchdog_periods * self._period_s
-            and self._controller.odometry_lost()
-        ):
-            self.get_logger().warning(
-                f"no odometry for {self._settings.watchdog_periods} control periods: zero thrust until it comes back"
-            )
+        if now - self._newest_odometry_s > self._patience_s and self._controller.odometry_lost():
+            self.get_logger().warning(f"no odometry for {self._patience_s:g} s: zero thrust until it comes back")
             self._zero_now()
             self._publish_status()
 
