@@ -5,10 +5,11 @@ import sys
 import textwrap
 import time
 from pathlib import Path
+from xml.etree import ElementTree
 
 import pytest
 
-from tethernet_bringup import shared_memory, supervisor
+from tethernet_bringup import dds_profile, shared_memory, supervisor
 from tethernet_bringup.supervisor import NodeProcess, Supervisor, mission_environment
 from tethernet_bringup.supervisor_settings import SupervisorParameters
 from tethernet_control.parameters import load
@@ -187,6 +188,31 @@ def test_the_environment_is_built_and_not_inherited(tmp_path):
     assert (made["PATH"], made["HOME"], made["RMW_IMPLEMENTATION"]) == ("/bin", "/home/u", "r")
     assert not {"SECRET", "ROS_LOCALHOST_ONLY"} & set(made)
     assert mission_environment(0, "localhost", tmp_path, {})["HOME"]
+
+
+def test_nodes_talk_through_the_profile_that_stays_on_this_machine(tmp_path):
+    base = {"ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST", "HOME": "/"}
+    changed = dds_profile.use_profile(base, tmp_path)
+    assert changed["ROS_AUTOMATIC_DISCOVERY_RANGE"] == "SYSTEM_DEFAULT"
+    path = Path(changed["FASTRTPS_DEFAULT_PROFILES_FILE"])
+    text = ElementTree.parse(path).getroot()
+    assert path.parent == tmp_path
+    assert [e.text for e in text.iter() if e.tag.endswith("}address")] == ["127.0.0.1", "127.0.0.1"]
+
+
+def test_discovery_in_the_subnet_is_not_bound_to_this_machine(tmp_path):
+    changed = dds_profile.use_profile({"ROS_AUTOMATIC_DISCOVERY_RANGE": "SUBNET"}, tmp_path)
+    assert changed["ROS_AUTOMATIC_DISCOVERY_RANGE"] == "SUBNET"
+    assert "127.0.0.1" not in Path(changed["FASTRTPS_DEFAULT_PROFILES_FILE"]).read_text()
+
+
+@pytest.mark.parametrize(
+    "chosen", [{"FASTRTPS_DEFAULT_PROFILES_FILE": "/my.xml"}, {"RMW_IMPLEMENTATION": "rmw_cyclonedds_cpp"}]
+)
+def test_what_the_user_has_chosen_of_the_middleware_stays(tmp_path, chosen):
+    base = {"ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST", **chosen}
+    assert dds_profile.use_profile(base, tmp_path) == base
+    assert list(tmp_path.iterdir()) == []
 
 
 def test_memory_counts_all_processes(crew, tmp_path):

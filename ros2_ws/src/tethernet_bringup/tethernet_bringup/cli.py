@@ -42,6 +42,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 def _run(options, interrupts: Interrupts, began: float) -> ExitStatus:
+    from .dds_profile import use_profile
     from .flight import Flight, FlightPlan
     from .mission_parameters import MissionParametersError, resolve
     from .outcome import FlightRecord, build, describe, exit_status, write
@@ -72,7 +73,10 @@ def _run(options, interrupts: Interrupts, began: float) -> ExitStatus:
 
     record = FlightRecord(mu_count=setup.mu_count, seed=setup.scenario.seed, policy=setup.policy, commit=commit)
     # This process is part of the graph too: it finds the nodes under the same environment.
-    environment = mission_environment(options.domain_id, options.discovery, folder.logs)
+    try:
+        environment = use_profile(mission_environment(options.domain_id, options.discovery, folder.logs), folder.path)
+    except OSError as error:
+        return _refuse(ExitStatus.FAULT, f"cannot write under {folder.path}: {error.strerror or error}")
     os.environ.pop("ROS_LOCALHOST_ONLY", None)
     os.environ.update(environment)
     plan = FlightPlan(

@@ -132,7 +132,7 @@ class ConnectionCheck:
         services: of each node, to ask it.
         """
         self._audiences = audiences
-        self._services = services
+        self._answerers = services
         self._asked: dict[str, Future] = {}
         self.missing = {node: list(topics) for node, topics in audiences.items()}
         """Topics that lack subscribers, by node."""
@@ -146,8 +146,8 @@ class ConnectionCheck:
             if asked is not None and asked.done():
                 self._take(node, read_connections(asked.result()))
                 asked = None
-            if node in self.missing and asked is None and self._services[node].service_is_ready():
-                self._asked[node] = self._services[node].call_async(Trigger.Request())
+            if node in self.missing and asked is None and self._answerers[node].service_is_ready():
+                self._asked[node] = self._answerers[node].call_async(Trigger.Request())
         return not self.missing
 
     def describe(self) -> str:
