@@ -144,6 +144,8 @@ class Process:
         try:
             return self._popen.wait(timeout_s)
         except subprocess.TimeoutExpired:
+            self._popen.send_signal(signal.SIGABRT)  # faulthandler, where it is on, writes where the process stands
+            time.sleep(0.5)
             self._popen.kill()
             self._popen.wait()
             raise AssertionError(f"{self.name} did not end within {timeout_s:g} s:\n{self.output}") from None

@@ -72,7 +72,9 @@ def design(mu_count: int) -> MuDesign:
     try:
         return DESIGNS[mu_count]
     except KeyError:
-        raise ValueError(f"no design with {mu_count!r} MUs; allowed: 4 (winches close the net) or 8 (the MUs dock)") from None
+        raise ValueError(
+            f"no design with {mu_count!r} MUs; allowed: 4 (winches close the net) or 8 (the MUs dock)"
+        ) from None
 
 
 def nominal_aiming_points(mu_count: int, debris_position) -> list[tuple[float, float, float]]:
