@@ -16,6 +16,7 @@ from __future__ import annotations
 import argparse
 import math
 import random
+import signal
 import sys
 import time
 
@@ -193,21 +194,31 @@ def _arguments(args: list[str]) -> argparse.Namespace:
     return options
 
 
+def _leave_if_not_running(_number, _frame) -> None:
+    if not rclpy.ok():
+        raise SystemExit(0)
+
+
 def main() -> int:
     """Run the driver until SIGINT or SIGTERM."""
     options = _arguments(remove_ros_args(sys.argv)[1:])
+    # rclpy shuts down on both signals by itself; Python's KeyboardInterrupt would come in the middle of its work.
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, _leave_if_not_running)
     rclpy.init(args=sys.argv)
     hardware = DoubleIntegrator(options.start, options.mass, options.sigma, 100 * options.seed + options.mu)
-    node = MuDriver(options.mu, hardware, options.sigma, options.clock == "sim")
+    node = None
     try:
+        node = MuDriver(options.mu, hardware, options.sigma, options.clock == "sim")
         rclpy.spin(node)
-    except (KeyboardInterrupt, ExternalShutdownException):
+    except ExternalShutdownException:
         pass
     except Exception:
         if rclpy.ok():
             raise  # a fault; otherwise a publisher that the shutdown took away
     finally:
-        node.destroy_node()
+        if node is not None:
+            node.destroy_node()
         rclpy.try_shutdown()
     return 0
 

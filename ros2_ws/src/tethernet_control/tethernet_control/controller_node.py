@@ -5,6 +5,11 @@ Started as ``python -m tethernet_control.controller_node --ros-args -p mu:=3``, 
 
 from __future__ import annotations
 
+if __name__ == "__main__":
+    from tethernet_control.quiet_start import quiet_start
+
+    quiet_start()
+
 import math
 import re
 import sys

@@ -2,6 +2,11 @@
 
 from __future__ import annotations
 
+if __name__ == "__main__":
+    from tethernet_control.quiet_start import quiet_start
+
+    quiet_start()
+
 from collections import deque
 
 import numpy as np

@@ -34,7 +34,7 @@ STOPPED, FAULT, USAGE = 0, 1, 2
 
 _SPIN_S = 1.0  # [s] the EventsExecutor only fires when spun with a time limit
 
-_stop_asked = False
+_initialised = _stop_asked = False
 
 
 def make_executor():
@@ -84,17 +84,18 @@ def run(make_node: Callable[[], Node], args: list[str] | None = None) -> int:
         Exit status: 0 stopped by SIGINT or SIGTERM, 1 a fault (logged), 2 bad parameters or arguments (explained on
             stderr).
     """
+    global _initialised
     args = sys.argv if args is None else args
     program = Path(args[0]).stem if args else "node"
-    node, initialised = None, False
+    node = None
     try:
-        # rclpy shuts down by itself on both signals; Python's own KeyboardInterrupt would come in the middle of a
-        # callback.
-        signal.signal(signal.SIGINT, _ask_to_stop)
-        signal.signal(signal.SIGTERM, _ask_to_stop)
+        # rclpy shuts down by itself on both signals, through a handler that it puts before this one; Python's own
+        # KeyboardInterrupt would come in the middle of a callback.
+        signal.signal(signal.SIGINT, _on_signal)
+        signal.signal(signal.SIGTERM, _on_signal)
         _refuse_leftovers(args)
         rclpy.init(args=args)
-        initialised = True
+        _initialised = True
         node = make_node()
         serve_connections(node)
         gc.freeze()  # what was imported stays: no collection shall walk through it in the middle of a flight
@@ -105,7 +106,7 @@ def run(make_node: Callable[[], Node], args: list[str] | None = None) -> int:
         print(f"{program}: {error}", file=sys.stderr, flush=True)
         return USAGE
     except Exception as error:
-        if not initialised:  # rcl could not parse the arguments or read the parameter file
+        if not _initialised:  # rcl could not parse the arguments or read the parameter file
             print(f"{program}: cannot start with {' '.join(args[1:])}: {error}", file=sys.stderr, flush=True)
             return USAGE
         if not rclpy.ok():
@@ -120,8 +121,10 @@ def run(make_node: Callable[[], Node], args: list[str] | None = None) -> int:
     return STOPPED
 
 
-def _ask_to_stop(_number, _frame) -> None:
+def _on_signal(_number, _frame) -> None:
     global _stop_asked
+    if not _initialised:
+        os._exit(STOPPED)  # nothing to clean up yet
     _stop_asked = True
 
 
