@@ -6,7 +6,7 @@ import enum
 import math
 from dataclasses import dataclass
 
-from . import law
+from . import estimator, law
 from .mission import Mission, Phase, seconds_between
 from .settings import ControlParameters
 
@@ -35,6 +35,12 @@ class Account:
     saturated: int = 0
     rejected_odometry: int = 0
     deadline_misses: int = 0
+    outliers: int = 0
+    """Samples that the filter turned away."""
+    position_sigma_m: float = 0.0
+    """Of the estimate, per axis; of the samples where nothing is estimated [m]."""
+    velocity_sigma_m_s: float = 0.0
+    """Likewise [m/s]."""
 
 
 class MuController:
@@ -59,7 +65,12 @@ class MuController:
         self.desired = [math.nan] * 3
         self.stamp_ns: int | None = None
         self._start: list[float] | None = None
+        self._law = parameters.law()
+        self._state = [0.0] * 9
+        self._covariance = [0.0] * 6
         self._integral = [0.0, 0.0, 0.0]
+        self._carry = [0.0, 0.0, 0.0]
+        self._speed = [0.0, 0.0, 0.0]
         self._thrust = [0.0, 0.0, 0.0]
 
     def take_mission(self, mission: Mission) -> bool:
@@ -100,6 +111,7 @@ class MuController:
             return None
         period = self._account_for_time(stamp_ns)
         self.stamp_ns = stamp_ns
+        self._observe(period, position, velocity)
         self._command(stamp_ns, position, velocity, period)
         self.account.commands += 1
         return tuple(self._thrust)
@@ -137,8 +149,21 @@ class MuController:
         if not self.mission.closing or self.stamp_ns is None or self.stamp_ns < self.mission.closing_ns:
             self.account.fuel_at_trigger_kg = self.account.fuel_kg
 
+    def _observe(self, period: float, position, velocity) -> None:
+        """Take the sample into the estimate; the thrust on the account is what acted since the last one."""
+        account, law_ = self.account, self._law
+        if law_.estimate > 0.0:
+            if estimator.observe(law_, self._thrust, period, position, velocity, self._state, self._covariance):
+                account.outliers += 1
+            account.position_sigma_m = math.sqrt(self._covariance[0])
+            account.velocity_sigma_m_s = math.sqrt(self._covariance[3])
+        else:
+            self._state[0:3], self._state[3:6] = position, velocity
+            account.position_sigma_m = math.sqrt(law_.position_variance)
+            account.velocity_sigma_m_s = math.sqrt(law_.velocity_variance)
+
     def _command(self, stamp_ns: int, position, velocity, period: float) -> None:
-        mission, p = self.mission, self.parameters
+        mission = self.mission
         flying = mission.phase in (Phase.DEPLOYING, Phase.CLOSING) and self.aiming_point is not None
         if not flying or stamp_ns < mission.launch_ns or (mission.closing and stamp_ns >= mission.end_ns):
             self._thrust[:] = ZERO
@@ -147,20 +172,20 @@ class MuController:
         if self._start is None:
             self._start = [float(value) for value in position]
         closing_elapsed = seconds_between(mission.closing_ns, stamp_ns) if mission.closing else -1.0
-        if closing_elapsed >= 0.0 and not mission.closing_points:
+        docked = bool(mission.docked) and mission.docked[self.mu - 1]
+        if closing_elapsed >= 0.0 and (docked or not mission.closing_points):
             self._thrust[:] = ZERO
             self.mode = Mode.OFF
             return
         self.mode = Mode.CLOSING if closing_elapsed >= 0.0 else Mode.DEPLOYING
         close = mission.closing_points[self.mu - 1] if mission.closing_points else self.aiming_point
-        law.desired_position(
-            seconds_between(mission.launch_ns, stamp_ns), p.deployment_time_s, closing_elapsed,
-            mission.closing_duration_s if mission.closing else 1.0, self._start, self.aiming_point, close, self.desired,
-        )  # fmt: skip
-        if law.pid_thrust(
-            position, velocity, self.desired, self._integral, period, p.kp, p.ki, p.kd, p.thrust_limit_n, self._thrust
-        ):
+        if law.command(
+            self._law, seconds_between(mission.launch_ns, stamp_ns), closing_elapsed,
+            mission.closing_duration_s if mission.closing else 1.0, period, position, velocity,
+            self._start, self.aiming_point, close, self._state, self._integral, self._carry,
+            self._thrust, self.desired, self._speed,
+        ):  # fmt: skip
             self.account.saturated += 1
-        error = law.distance(self.desired, position)
+        error = law.distance(self.desired, self._state)
         self.account.tracking_error_m = error
         self.account.max_tracking_error_m = max(self.account.max_tracking_error_m, error)

@@ -1,76 +1,224 @@
-"""The control law of one MU: trajectory, PID, fuel. Scalar arithmetic only, on purpose.
+"""The control law of one MU: reference, PID, closing guidance, thrusters, fuel. Scalar arithmetic only, on purpose.
 
 The functions run as plain Python in a controller node and are compiled (without fast-math) by the batch engine; both
 give the same bits, because only + - * /, square roots and comparisons of doubles occur, in the same order. Arguments
-named as vectors are sequences of three floats; outputs are written in place. Nothing here may call another function of
-the project, so that each can be compiled by itself.
+named as vectors are sequences of three floats; outputs are written in place. ``p`` is always :class:`Law`.
 """
 
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
+
+from . import estimator
 
 
-def desired_position(elapsed, deployment_time, closing_elapsed, closing_duration, start, aim, close, desired):
-    """Where an MU shall be, written to ``desired`` [m].
+class Law(NamedTuple):
+    """The numbers of the law, as plain floats: compiled code takes them as they are. Meaning: settings.ControlParameters."""
 
-    Deployment is the straight line of the paper's Eq. 1, held at its end [A: the paper is silent after t_final].
-    Closing is a straight line from where deployment's line stood when closing began, so that the reference never jumps.
+    estimate: float  # 1: Kalman filter, 0: raw samples
+    position_variance: float  # [m^2]
+    velocity_variance: float  # [m^2/s^2]
+    velocity_noise: float  # [m/s/sqrt(s)]
+    disturbance_noise: float  # [m/s^2/sqrt(s)]
+    innovation_gate: float  # [-]
+    mass: float  # [kg]
+    deployment_time: float  # [s]
+    ramp_time: float  # [s]
+    kp: float  # [N/m]
+    ki: float  # [N/(m s)]
+    kd: float  # [N s/m]
+    feed_forward: float  # 0 or 1
+    anti_windup: float  # 0 or 1
+    dead_band: float  # [N]
+    minimum_impulse: float  # [N s]
+    limit: float  # [N]
+    intercept: float  # 1: closing by intercept guidance, 0: by tracking a line
+    closing_coast: float  # [s]
+    closing_dead_band: float  # [m/s]
+    closing_response: float  # [s]
+    shortest_to_go: float  # [s]
+
+
+def reference(p, elapsed, closing_elapsed, closing_duration, start, aim, close, desired, speed, push):
+    """Where an MU shall be and how fast, written to ``desired`` [m] and ``speed`` [m/s]; ``push`` [N] gets it up to speed.
+
+    Deployment is the straight line of the paper's Eq. 1, held at its end [A: the paper is silent after t_final]. With a
+    ramp time the MU gets up to speed over that time instead of at once and still arrives at t_final. Closing is a
+    straight line from where deployment's line stood when closing began, so that the reference never jumps.
 
     Args:
+        p: the law's numbers.
         elapsed: time since launch [s].
-        deployment_time: t_final [s].
         closing_elapsed: time since closing began [s], negative before.
         closing_duration: time for the closing line [s].
         start: position at launch [m].
         aim: aiming point [m].
         close: closing point [m].
         desired: output [m].
+        speed: output [m/s].
+        push: output, the thrust that a free MU needs to follow [N].
     """
     deployed = elapsed if closing_elapsed < 0.0 else elapsed - closing_elapsed
-    fraction = deployed / deployment_time
-    fraction = min(max(fraction, 0.0), 1.0)
-    closed = 0.0 if closing_elapsed < 0.0 else closing_elapsed / closing_duration
-    closed = min(closed, 1.0)
+    cruise = 1.0 / (p.deployment_time - 0.5 * p.ramp_time)
+    if deployed < p.ramp_time:
+        fraction = 0.5 * cruise * deployed * deployed / p.ramp_time
+        rate = cruise * deployed / p.ramp_time
+        gain = p.mass * cruise / p.ramp_time
+    else:
+        fraction = cruise * (deployed - 0.5 * p.ramp_time)
+        rate = cruise
+        gain = 0.0
+    if fraction >= 1.0:
+        fraction = 1.0
+        rate = 0.0
+    fraction = max(fraction, 0.0)
+    closed = 0.0
+    closing_rate = 0.0
+    if closing_elapsed >= 0.0:
+        rate = 0.0
+        gain = 0.0
+        closed = closing_elapsed / closing_duration
+        closing_rate = 1.0 / closing_duration
+        if closed >= 1.0:
+            closed = 1.0
+            closing_rate = 0.0
     for axis in range(3):
         deployment = start[axis] + fraction * (aim[axis] - start[axis])
         desired[axis] = deployment + closed * (close[axis] - deployment)
+        speed[axis] = rate * (aim[axis] - start[axis]) + closing_rate * (close[axis] - deployment)
+        push[axis] = gain * (aim[axis] - start[axis])
 
 
-def pid_thrust(position, velocity, desired, integral, period, kp, ki, kd, limit, thrust):
-    """The paper's PID (Eq. 2), limited per axis; written to ``thrust`` [N].
+def pid_thrust(p, position, velocity, desired, speed, integral, period, thrust):
+    """The paper's PID (Eq. 2), before the limit; written to ``thrust`` [N].
 
-    F = Kp e - Kd v + Ki integral(e), e = desired - position; the derivative acts on the velocity itself. No
-    anti-windup.
+    F = Kp e - Kd v + Ki integral(e), e = desired - position; the derivative acts on the velocity itself. With feed
+    forward it acts on the velocity's error, F = Kp e + Kd (v_d - v) + Ki integral(e) + m dv_d/dt, so that the integral
+    need not wind up to Kd v_d / Ki before the MU moves as fast as its reference. With anti-windup the integral of an axis stands
+    still while that axis is beyond the limit. A wanted force within the dead band is none, and winds nothing up either.
 
     Args:
-        position: measured [m].
-        velocity: measured [m/s].
+        p: the law's numbers.
+        position: [m].
+        velocity: [m/s].
         desired: reference [m].
-        integral: integral of the error [m s], updated in place before it is used.
+        speed: velocity of the reference [m/s].
+        integral: of the error [m s], updated in place before it is used.
         period: time since the last command [s].
-        kp: gain [N/m].
-        ki: gain [N/(m s)].
-        kd: gain [N s/m].
-        limit: largest thrust per axis [N].
+        thrust: m dv_d/dt of the reference on entry, output [N].
+    """
+    for axis in range(3):
+        error = desired[axis] - position[axis]
+        before = integral[axis]
+        integral[axis] = before + error * period
+        force = p.kp * error - p.kd * (velocity[axis] - p.feed_forward * speed[axis]) + p.ki * integral[axis]
+        force += p.feed_forward * thrust[axis]
+        if p.anti_windup > 0.0 and (force > p.limit or force < -p.limit):
+            integral[axis] = before
+        elif abs(force) < p.dead_band:
+            integral[axis] = before
+            force = 0.0
+        thrust[axis] = force
+
+
+def intercept_thrust(p, position, velocity, target, time_to_go, thrust):
+    """Closing guidance: bring the MU to ``target`` in ``time_to_go`` along a free flight; written to ``thrust`` [N].
+
+    The velocity that would carry the MU there without any further thrust is compared with the one it has; what is
+    missing is gained over the response time, and nothing is done while less is missing than the dead band: neighbours
+    arrive together, and thrust is spent on the difference that matters, not on following a line.
+
+    Args:
+        p: the law's numbers.
+        position: [m].
+        velocity: [m/s].
+        target: closing point [m].
+        time_to_go: until the MUs shall meet [s]; below the shortest it is held there, or the law would chase noise.
         thrust: output [N].
+    """
+    time_to_go = max(time_to_go, p.shortest_to_go)
+    squared = 0.0
+    for axis in range(3):
+        missing = (target[axis] - position[axis]) / time_to_go - velocity[axis]
+        thrust[axis] = missing
+        squared += missing * missing
+    gain = p.mass / p.closing_response if math.sqrt(squared) > p.closing_dead_band else 0.0
+    for axis in range(3):
+        thrust[axis] *= gain
+
+
+def fire(p, period, carry, thrust):
+    """What the thrusters do of a wanted thrust: minimum impulse bit, limit. ``thrust`` is changed in place.
+
+    Args:
+        p: the law's numbers.
+        period: for which the command will be held [s].
+        carry: impulse too small to be fired so far [N s], updated in place.
+        thrust: wanted, then fired [N].
 
     Returns:
         True when the limit was reached on any axis.
     """
     saturated = False
     for axis in range(3):
-        error = desired[axis] - position[axis]
-        integral[axis] += error * period
-        force = kp * error - kd * velocity[axis] + ki * integral[axis]
-        if force > limit:
-            force = limit
+        force = thrust[axis]
+        if p.minimum_impulse > 0.0:
+            impulse = carry[axis] + force * period
+            if abs(impulse) < p.minimum_impulse:
+                carry[axis] = impulse
+                force = 0.0
+            else:
+                carry[axis] = 0.0
+                force = impulse / period
+        if force > p.limit:
+            force = p.limit
             saturated = True
-        elif force < -limit:
-            force = -limit
+        elif force < -p.limit:
+            force = -p.limit
             saturated = True
         thrust[axis] = force
     return saturated
+
+
+def command(
+    p, elapsed, closing_elapsed, closing_duration, period, position, velocity, start, aim, close,
+    state, integral, carry, thrust, desired, speed,
+):  # fmt: skip
+    """Command one MU in flight, from where it is thought to be; see :func:`estimator.observe` for that.
+
+    Args:
+        p: the law's numbers.
+        elapsed: time since launch [s].
+        closing_elapsed: time since closing began [s], negative before.
+        closing_duration: until the MUs shall meet [s].
+        period: time since the last command [s].
+        position: measured [m]; used where nothing is estimated.
+        velocity: measured [m/s]; likewise.
+        start: position at launch [m].
+        aim: aiming point [m].
+        close: closing point [m].
+        state: the estimator's: position [m], velocity [m/s], disturbance [m/s^2], nine numbers.
+        integral: of the error [m s]; updated.
+        carry: impulse not yet fired [N s]; updated.
+        thrust: output [N].
+        desired: output, reference [m].
+        speed: output, velocity of the reference [m/s].
+
+    Returns:
+        True when the limit was reached on any axis.
+    """
+    at, moving = position, velocity
+    if p.estimate > 0.0:
+        at, moving = state[0:3], state[3:6]
+    reference(p, elapsed, closing_elapsed, closing_duration, start, aim, close, desired, speed, thrust)
+    if closing_elapsed < 0.0 or p.intercept == 0.0:
+        pid_thrust(p, at, moving, desired, speed, integral, period, thrust)
+    elif closing_elapsed < p.closing_coast:
+        thrust[0] = thrust[1] = thrust[2] = 0.0
+    else:
+        intercept_thrust(p, at, moving, close, closing_duration - closing_elapsed, thrust)
+    return fire(p, period, carry, thrust)
 
 
 def fuel_used(thrust, duration, specific_impulse, gravity):
@@ -92,3 +240,10 @@ def distance(first, second):
     y = first[1] - second[1]
     z = first[2] - second[2]
     return math.sqrt(x * x + y * y + z * z)
+
+
+CALLED = (
+    reference, pid_thrust, intercept_thrust, fire, fuel_used, distance, estimator.predict, estimator.update,
+    estimator.begin,
+)  # fmt: skip
+"""Functions that others here call: what compiles one of those must know these too."""

@@ -54,6 +54,8 @@ class Mission:
     """One per MU [m]; empty where winches close the net."""
     closing_duration_s: float = 0.0
     """Duration of the flight to the closing points [s]."""
+    docked: tuple[bool, ...] = ()
+    """Per MU: docked with both neighbours, thrusters off; empty until one is."""
     reason: str = ""
     """Why missed or aborted."""
 
@@ -119,8 +121,32 @@ def triggered(net_position, debris_position, rules: MissionParameters) -> bool:
     return squared <= rules.trigger_distance_m * rules.trigger_distance_m
 
 
+def docked_mus(mu_count: int, locked) -> tuple[bool, ...]:
+    """Which MUs have docked with both their neighbours.
+
+    Args:
+        mu_count: 4 or 8.
+        locked: one for each pair of neighbours, in their order round the mouth (layout.MuDesign.closing_ring).
+
+    Returns:
+        One per MU; all False where winches close the net.
+    """
+    ring = design(mu_count).closing_ring
+    docked = [False] * mu_count
+    if len(locked) == len(ring):
+        for place, mu in enumerate(ring):
+            docked[mu - 1] = bool(locked[place]) and bool(locked[place - 1])
+    return tuple(docked)
+
+
 def advance(
-    mission: Mission, stamp_ns: int, net_position, debris_position, rules: MissionParameters, control: ControlParameters
+    mission: Mission,
+    stamp_ns: int,
+    net_position,
+    debris_position,
+    rules: MissionParameters,
+    control: ControlParameters,
+    locked=(),
 ) -> Mission:
     """The mission after what was measured at ``stamp_ns``; the same object when nothing changes.
 
@@ -133,6 +159,7 @@ def advance(
         debris_position: the debris' centre of mass [m].
         rules: the mission's rules.
         control: gives the control period.
+        locked: which closing pairs are locked; empty where nobody knows.
     """
     if mission.phase == Phase.DEPLOYING:
         if triggered(net_position, debris_position, rules):
@@ -151,8 +178,12 @@ def advance(
                 reason=f"the net did not come within {rules.trigger_distance_m:g} m of the debris "
                 f"in {rules.give_up_s:g} s",
             )
-    elif mission.phase == Phase.CLOSING and stamp_ns >= mission.end_ns:
-        return mission._next(Phase.COMPLETE)
+    elif mission.phase == Phase.CLOSING:
+        if stamp_ns >= mission.end_ns:
+            return mission._next(Phase.COMPLETE)
+        docked = docked_mus(mission.mu_count, locked) if rules.release_docked else ()
+        if any(docked) and docked != mission.docked:
+            return mission._next(Phase.CLOSING, docked=docked)
     return mission
 
 

@@ -113,10 +113,15 @@ class _Flight:
         self.aim = np.array([s.aiming_points() for s in scenarios])
         self.close = self.aim.copy()
         self.start = np.zeros((batch, mus, 3))
+        self.law = settings.control.law()
+        self.estimate = np.zeros((batch, mus, 9))
+        self.covariance = np.zeros((batch, mus, 6))
         self.integral = np.zeros((batch, mus, 3))
+        self.carry = np.zeros((batch, mus, 3))
         self.thrust = np.zeros((batch, mus, 3))
         self.closing_elapsed = np.full(batch, -1.0)
-        self.off = np.zeros(batch, bool)
+        self.closing_duration = np.ones(batch)
+        self.off = np.zeros((batch, mus), bool)
         self.fuel = np.zeros((batch, mus))
         self.fuel_at_trigger = np.zeros((batch, mus))
         self.largest_error = np.zeros(batch)
@@ -171,12 +176,15 @@ class _Flight:
             mission = self.missions[b]
             if mission.closing:
                 self.closing_elapsed[b] = seconds_between(mission.closing_ns, stamp_ns)
-                self.off[b] |= stamp_ns >= mission.end_ns
+                self.closing_duration[b] = mission.closing_duration_s
+                if mission.docked:
+                    self.off[b] = mission.docked
+                if stamp_ns >= mission.end_ns:
+                    self.off[b] = True
         control_kernels.command(
-            flying, position, velocity, seconds_between(0, stamp_ns), self.closing_elapsed, self.off,
-            control.deployment_time_s, self.settings.mission.closing_duration_s, control.period_ns * NANOSECOND_S,
-            control.kp, control.ki, control.kd, control.thrust_limit_n,
-            self.start, self.aim, self.close, self.integral, self.thrust, self.largest_error,
+            self.law, flying, position, velocity, seconds_between(0, stamp_ns), self.closing_elapsed,
+            self.closing_duration, control.period_ns * NANOSECOND_S, self.off, self.start, self.aim, self.close,
+            self.estimate, self.covariance, self.integral, self.carry, self.thrust, self.largest_error,
         )  # fmt: skip
 
     def _decide(self, flying: np.ndarray, stamp_ns: int) -> np.ndarray:
@@ -191,7 +199,13 @@ class _Flight:
                 )
                 continue
             self.missions[b] = advance(
-                self.missions[b], stamp_ns, center, self.world.debris_position(b), rules, control
+                self.missions[b],
+                stamp_ns,
+                center,
+                self.world.debris_position(b),
+                rules,
+                control,
+                self.world.state.locked[b],
             )
             if self.missions[b].phase.over:
                 self.outcomes[b] = self._outcome(b, stamp_ns)

@@ -1,13 +1,18 @@
-"""The controllers of a whole batch: tethernet_control's law, compiled."""
+"""The controllers of a whole batch: tethernet_control's law and estimator, compiled."""
 
 from __future__ import annotations
 
-from tethernet_control import law
+from numba.extending import register_jitable
+
+from tethernet_control import estimator, law
 
 from .options import strict
 
-_desired_position = strict(law.desired_position)
-_pid_thrust = strict(law.pid_thrust)
+for _function in law.CALLED:
+    register_jitable(_function)
+
+_observe = strict(estimator.observe)
+_command = strict(law.command)
 _fuel_used = strict(law.fuel_used)
 _distance = strict(law.distance)
 
@@ -22,41 +27,45 @@ def book_fuel(chosen, thrust, period, specific_impulse, gravity, fuel):
 
 @strict
 def command(
-    chosen, position, velocity, elapsed, closing_elapsed, off, deployment_time, closing_duration, period,
-    kp, ki, kd, limit, start, aim, close, integral, thrust, largest_error,
+    p, chosen, position, velocity, elapsed, closing_elapsed, closing_duration, period, off,
+    start, aim, close, state, covariance, integral, carry, thrust, largest_error,
 ):  # fmt: skip
     """Answer one control tick of every chosen scenario.
 
     Args:
+        p: tethernet_control.law.Law.
         chosen: indices of scenarios.
-        position, velocity: measured, (B, M, 3) [m], [m/s].
+        position: measured, (B, M, 3) [m].
+        velocity: measured, (B, M, 3) [m/s].
         elapsed: time since launch [s].
         closing_elapsed: time since closing began [s], negative before, (B,).
-        off: thrusters off, (B,).
-        deployment_time, closing_duration, period: [s].
-        kp, ki, kd, limit: gains and thrust limit.
-        start, aim, close: of the trajectory, (B, M, 3) [m].
+        closing_duration: until the MUs shall meet [s], (B,).
+        period: of control [s].
+        off: thrusters off, (B, M).
+        start: position at launch, (B, M, 3) [m].
+        aim: aiming points, (B, M, 3) [m].
+        close: closing points, (B, M, 3) [m].
+        state: the estimators', (B, M, 9); updated.
+        covariance: the estimators', (B, M, 6); updated.
         integral: of the error, (B, M, 3) [m s]; updated.
-        thrust: output, (B, M, 3) [N].
+        carry: impulse not yet fired, (B, M, 3) [N s]; updated.
+        thrust: of the last tick on entry, of this one on return, (B, M, 3) [N].
         largest_error: largest tracking error so far, (B,) [m]; updated.
     """
-    desired = [0.0, 0.0, 0.0]
+    desired, speed = [0.0, 0.0, 0.0], [0.0, 0.0, 0.0]
     for b in chosen:
         for m in range(thrust.shape[1]):
-            if off[b]:
+            if p.estimate > 0.0:
+                _observe(p, thrust[b, m], period, position[b, m], velocity[b, m], state[b, m], covariance[b, m])
+            else:
+                state[b, m, 0:3] = position[b, m]
+                state[b, m, 3:6] = velocity[b, m]
+            if off[b, m]:
                 thrust[b, m, :] = 0.0
                 continue
-            _desired_position(
-                elapsed,
-                deployment_time,
-                closing_elapsed[b],
-                closing_duration,
-                start[b, m],
-                aim[b, m],
-                close[b, m],
-                desired,
-            )
-            _pid_thrust(
-                position[b, m], velocity[b, m], desired, integral[b, m], period, kp, ki, kd, limit, thrust[b, m]
-            )
-            largest_error[b] = max(largest_error[b], _distance(desired, position[b, m]))
+            _command(
+                p, elapsed, closing_elapsed[b], closing_duration[b], period, position[b, m], velocity[b, m],
+                start[b, m], aim[b, m], close[b, m], state[b, m], integral[b, m], carry[b, m], thrust[b, m],
+                desired, speed,
+            )  # fmt: skip
+            largest_error[b] = max(largest_error[b], _distance(desired, state[b, m]))

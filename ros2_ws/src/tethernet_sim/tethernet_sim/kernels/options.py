@@ -1,11 +1,45 @@
-"""How the kernels are compiled: one place."""
+"""How the kernels are compiled and where the result is kept: one place."""
 
 from __future__ import annotations
 
+import hashlib
+import os
+import sys
+from pathlib import Path
+
 import numba
+from numba.core import config
+
+import tethernet_control
 
 FAST = {"contract", "nsz", "arcp", "reassoc"}
 """Relaxed arithmetic that keeps NaN and infinity visible: a diverging run must be seen, not optimised away."""
+
+
+def _sources() -> list[Path]:
+    """Every file whose text ends up in compiled code."""
+    kernels = Path(__file__).parent
+    control = Path(tethernet_control.__file__).parent
+    return [*sorted(kernels.glob("*.py")), kernels.parent / "model.py", *(control / n for n in ("law.py", "estimator.py"))]
+
+
+def _cache_folder() -> Path:
+    """A folder of its own for each version of the sources.
+
+    numba notices a change of the file that a compiled function is in, but not of the functions that were compiled
+    into it from other files: it would go on with old physics.
+    """
+    version = hashlib.sha256()
+    for source in _sources():
+        version.update(source.read_bytes())
+    version.update(numba.__version__.encode())
+    in_environment = sys.prefix != sys.base_prefix and os.access(sys.prefix, os.W_OK)
+    base = Path(sys.prefix) / "share" if in_environment else Path.home() / ".cache"
+    return base / "tethernet" / "numba" / version.hexdigest()[:16]
+
+
+if not os.environ.get("NUMBA_CACHE_DIR"):
+    config.CACHE_DIR = str(_cache_folder())
 
 
 def kernel(function):
