@@ -95,7 +95,7 @@ def test_leads_a_mission_from_start_to_end(bench):
     assert nanoseconds(closing.header.stamp) == 480 * PERIOD
     assert nanoseconds(closing.closing_time) == 481 * PERIOD
     assert nanoseconds(closing.end_time) == 781 * PERIOD
-    assert [(p.x, p.y, p.z) for p in closing.closing_points] == [(0.0, 0.0, -53.5)] * 8
+    assert [(p.x, p.y, p.z) for p in closing.closing_points] == [(0.0, 0.0, -56.0)] * 8
     b.ticked(781)
     b.reached(Phase.COMPLETE)
     assert [(s.phase, s.sequence, s.confirmed) for s in b.states] == [(0, 0, True)] + [
@@ -169,7 +169,7 @@ def test_nan_in_net_or_debris_is_counted_and_the_beat_goes_on(bench):
     b.probe.wait_for(counted, "two dropped measurements on /diagnostics")
     # The last good debris position stands.
     b.ticked(482, center=(0.0, 0.0, -48.0), debris=nan)
-    assert b.reached(Phase.CLOSING).closing_points[0].z == -53.5
+    assert b.reached(Phase.CLOSING).closing_points[0].z == -56.0
 
 
 def test_gives_up(bench):

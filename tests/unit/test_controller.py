@@ -8,10 +8,10 @@ import pytest
 from tethernet_control import law
 from tethernet_control.controller import Mode, MuController
 from tethernet_control.mission import Mission, Phase, abort, advance, arm, launch
-from tethernet_control.parameters import load
-from tethernet_control.settings import ControlParameters, MissionParameters
+from tethernet_control.settings import ControlParameters, MissionParameters, paper
 
-CONTROL, RULES = load(ControlParameters), load(MissionParameters)
+CONTROL, RULES = paper(ControlParameters), paper(MissionParameters)
+RELEASING = dataclasses.replace(RULES, release_docked=True)
 PERIOD = CONTROL.period_ns
 DEBRIS = (0.0, 0.0, -50.0)
 STILL = (0.0, 0.0, 0.0)
@@ -67,9 +67,9 @@ def test_thrust_is_the_laws():
     made = controller(launched())
     fly(made, [0])
     thrust = made.on_odometry(PERIOD, (0.5, 0.5, -1.4), (0.01, 0.0, -0.02))
-    integral, expected = [0.0] * 3, [0.0] * 3
-    law.pid_thrust(START, STILL, START, integral, 0.05, 10.0, 6.0, 6.0, 5.1, expected)
-    law.pid_thrust((0.5, 0.5, -1.4), (0.01, 0.0, -0.02), made.desired, integral, 0.05, 10.0, 6.0, 6.0, 5.1, expected)
+    p, integral, expected = CONTROL.law(), [0.0] * 3, [0.0] * 3
+    law.pid_thrust(p, START, STILL, START, STILL, integral, 0.05, expected)
+    law.pid_thrust(p, (0.5, 0.5, -1.4), (0.01, 0.0, -0.02), made.desired, STILL, integral, 0.05, expected)
     assert thrust == tuple(expected)
 
 
@@ -187,3 +187,20 @@ def test_states_that_are_not_newer_change_nothing():
     assert not made.take_mission(mission)
     assert not made.take_mission(arm(Mission(8), DEBRIS, "other"))
     assert made.mission.phase == Phase.DEPLOYING
+
+
+def test_a_docked_unit_switches_off():
+    mission = launched()
+    made = controller(mission)
+    fly(made, range(481))
+    closed = closing(mission, 480)
+    made.take_mission(closed)
+    assert fly(made, [481, 482]) != STILL
+    # Pairs round the mouth: (1 5) (5 2) (2 6) (6 4) (4 8) (8 3) (3 7) (7 1)
+    one_side = advance(closed, 483 * PERIOD, DEBRIS, DEBRIS, RELEASING, CONTROL, [0, 0, 0, 1, 0, 0, 0, 0])
+    assert one_side is closed, "no unit has docked with both its neighbours"
+    both = advance(closed, 483 * PERIOD, DEBRIS, DEBRIS, RELEASING, CONTROL, [0, 0, 0, 1, 1, 0, 0, 0])
+    assert both.docked == (False, False, False, True, False, False, False, False)
+    made.take_mission(both)
+    assert fly(made, [484]) == STILL
+    assert made.mode == Mode.OFF

@@ -6,16 +6,18 @@ import random
 import numpy as np
 import pytest
 
-from tethernet_control import law
+from tethernet_control import estimator, law
 from tethernet_control.parameters import load
-from tethernet_control.settings import ControlParameters
+from tethernet_control.settings import ControlParameters, paper
 
+PAPER = paper(ControlParameters).law()
+OURS = load(ControlParameters).law()
 START, AIM, CLOSE = (1.0, 2.0, -1.0), (11.0, -8.0, -51.0), (0.0, 0.0, -60.0)
 
 
-def desired(elapsed, closing_elapsed=-1.0, closing_duration=8.0):
-    out = [0.0, 0.0, 0.0]
-    law.desired_position(elapsed, 25.0, closing_elapsed, closing_duration, START, AIM, CLOSE, out)
+def desired(elapsed, closing_elapsed=-1.0, closing_duration=8.0, p=PAPER):
+    out, speed, push = [0.0] * 3, [0.0] * 3, [0.0] * 3
+    law.reference(p, elapsed, closing_elapsed, closing_duration, START, AIM, CLOSE, out, speed, push)
     return out
 
 
@@ -36,10 +38,72 @@ def test_closing_starts_where_deployment_stood_and_ends_at_the_closing_point():
     assert desired(35.0, 15.0) == pytest.approx(CLOSE)
 
 
-def thrust(position, velocity, target, integral=None, period=0.05, limit=5.1):
+def thrust(position, velocity, target, integral=None, period=0.05, p=PAPER, speed=(0.0, 0.0, 0.0)):
     out, integral = [0.0] * 3, integral if integral is not None else [0.0] * 3
-    saturated = law.pid_thrust(position, velocity, target, integral, period, 10.0, 6.0, 6.0, limit, out)
+    law.pid_thrust(p, position, velocity, target, speed, integral, period, out)
+    saturated = law.fire(p, period, [0.0] * 3, out)
     return out, saturated, integral
+
+
+def test_a_ramp_gets_up_to_speed_and_arrives_at_the_same_time():
+    assert OURS.ramp_time == 2.0
+    assert desired(0.0, p=OURS) == pytest.approx(START)
+    assert desired(25.0, p=OURS) == pytest.approx(AIM)
+    step = 1e-4
+    for elapsed in (0.7, 1.999, 2.5, 20.0):
+        speed, push, later, unused = [0.0] * 3, [0.0] * 3, [0.0] * 3, [0.0] * 3
+        law.reference(OURS, elapsed, -1.0, 1.0, START, AIM, CLOSE, unused, speed, push)
+        law.reference(OURS, elapsed + step, -1.0, 1.0, START, AIM, CLOSE, unused, later, unused.copy())
+        ahead, behind = desired(elapsed + step, p=OURS), desired(elapsed - step, p=OURS)
+        assert speed == pytest.approx([(a - b) / (2 * step) for a, b in zip(ahead, behind, strict=True)], rel=1e-3)
+        if abs(elapsed - 2.0) > 2 * step:
+            acceleration = [(a - b) / step for a, b in zip(later, speed, strict=True)]
+            assert push == pytest.approx([OURS.mass * a for a in acceleration], abs=1e-6)
+
+
+def test_feed_forward_asks_for_no_thrust_on_the_ramps_cruise():
+    speed = (0.4, -0.4, -2.0)
+    force, _, _ = thrust(START, speed, START, p=OURS, speed=speed)
+    assert force == [0.0, 0.0, 0.0]
+    force, _, _ = thrust(START, speed, START, p=PAPER, speed=speed)
+    assert force == pytest.approx([-2.4, 2.4, 5.1])  # the paper's derivative brakes
+
+
+def test_the_dead_band_keeps_small_thrust_back_and_winds_nothing_up():
+    p = OURS._replace(dead_band=0.5)
+    force, _, integral = thrust((0.0,) * 3, (0.0,) * 3, (0.048, 0.0, 0.06), p=p)
+    assert force == pytest.approx([0.0, 0.0, 0.618])
+    assert integral == pytest.approx([0.0, 0.0, 0.003])
+
+
+def test_anti_windup_stops_the_integral_at_the_limit():
+    for p, expected in ((OURS, 0.0), (PAPER, 0.1)):
+        _, saturated, integral = thrust((0.0,) * 3, (0.0,) * 3, (2.0, 0.0, 0.0), p=p)
+        assert saturated
+        assert integral[0] == pytest.approx(expected)
+
+
+def test_the_minimum_impulse_bit_saves_up_what_is_too_small():
+    p = PAPER._replace(minimum_impulse=0.02)
+    carry, fired = [0.0] * 3, []
+    for _ in range(10):
+        force = [0.15, -5.0, 0.0]  # 0.0075 N s a period
+        law.fire(p, 0.05, carry, force)
+        fired.append(force[0])
+        assert force[1:] == [-5.0, 0.0]
+    assert fired == pytest.approx([0.0, 0.0, 0.45] * 3 + [0.0])
+    assert sum(fired) * 0.05 + carry[0] == pytest.approx(10 * 0.0075)
+
+
+def test_intercept_gains_what_is_missing_and_nothing_else():
+    out = [0.0] * 3
+    # 10 m in 5 s: 2 m/s; 1.5 m/s are there
+    law.intercept_thrust(OURS, (0.0,) * 3, (1.5, 0.0, 0.0), (10.0, 0.0, 0.0), 5.0, out)
+    assert out == pytest.approx([OURS.mass * 0.5 / OURS.closing_response, 0.0, 0.0])
+    law.intercept_thrust(OURS, (0.0,) * 3, (1.9, 0.0, 0.0), (10.0, 0.0, 0.0), 5.0, out)
+    assert out == [0.0, 0.0, 0.0], "0.1 m/s is within the dead band"
+    law.intercept_thrust(OURS, (0.0,) * 3, (0.0,) * 3, (1.0, 0.0, 0.0), 0.01, out)
+    assert out[0] == pytest.approx(OURS.mass * (1.0 / OURS.shortest_to_go) / OURS.closing_response)
 
 
 def test_pid_is_the_papers_equation():
@@ -71,45 +135,48 @@ def test_fuel_of_a_constant_thrust_in_closed_form():
     assert law.fuel_used((0.0, 0.0, 0.0), 2.0, 60.0, 9.81) == 0.0
 
 
-def test_default_parameters_are_the_papers():
-    p = load(ControlParameters)
+def test_the_papers_parameters():
+    p = paper(ControlParameters)
+    assert (p.estimator, p.feed_forward, p.ramp_time_s, p.dead_band_n) == ("raw", False, 0.0, 0.0)
+    assert load(ControlParameters).kp == p.kp, "ours is the paper's PID with its gains"
     assert (p.kp, p.ki, p.kd, p.thrust_limit_n) == (10.0, 6.0, 6.0, 5.1)
     assert (p.control_period_s, p.deployment_time_s, p.specific_impulse_s) == (0.05, 25.0, 60.0)
     assert 3.0 * p.position_sigma_m == pytest.approx(0.1)
     assert p.period_ns == 50_000_000
 
 
-def test_compiled_and_interpreted_give_the_same_bits():
+@pytest.mark.parametrize("p", [PAPER, OURS, OURS._replace(minimum_impulse=0.02)], ids=["paper", "ours", "impulse bit"])
+def test_compiled_and_interpreted_give_the_same_bits(p):
     numba = pytest.importorskip("numba")
-    compiled = {name: numba.njit(getattr(law, name)) for name in ("desired_position", "pid_thrust", "fuel_used")}
+    from numba.extending import register_jitable
+
+    for function in law.CALLED:
+        register_jitable(function)
+    observe, command, fuel = numba.njit(estimator.observe), numba.njit(law.command), numba.njit(law.fuel_used)
     generator = random.Random(7)
 
     def vector(scale):
         return [generator.gauss(0.0, scale) for _ in range(3)]
 
-    for _ in range(2000):
-        line = (
-            generator.uniform(-1, 45),
-            25.0,
-            generator.uniform(-5, 20),
-            8.0,
-            vector(1.0),
-            vector(20.0),
-            vector(40.0),
-        )
-        plain, fast = [0.0] * 3, np.zeros(3)
-        law.desired_position(*line, plain)
-        compiled["desired_position"](*line[:4], *(np.array(v) for v in line[4:]), fast)
-        assert plain == fast.tolist()
-
-        position, velocity, integral = vector(20.0), vector(1.0), vector(1.0)
-        pid = (0.05, 10.0, 6.0, 6.0, 5.1)
-        plain_integral, plain_force = list(integral), [0.0] * 3
-        fast_integral, fast_force = np.array(integral), np.zeros(3)
-        one = law.pid_thrust(position, velocity, plain, plain_integral, *pid, plain_force)
-        other = compiled["pid_thrust"](np.array(position), np.array(velocity), fast, fast_integral, *pid, fast_force)
-        assert (one, plain_integral, plain_force) == (other, fast_integral.tolist(), fast_force.tolist())
-
-        burnt = law.fuel_used(plain_force, 0.05, 60.0, 9.81)
-        assert burnt == compiled["fuel_used"](fast_force, 0.05, 60.0, 9.81)
-        assert math.isfinite(burnt)
+    start, aim, close = vector(1.0), vector(20.0), vector(40.0)
+    plain = [
+        [0.0] * size for size in (9, 6, 3, 3, 3, 3, 3)
+    ]  # state, covariance, integral, carry, thrust, desired, speed
+    fast = [np.zeros(size) for size in (9, 6, 3, 3, 3, 3, 3)]
+    for tick in range(1500):
+        elapsed = 0.05 * tick
+        closing = elapsed - 30.0 if elapsed >= 30.0 else -1.0
+        position, velocity = vector(20.0), vector(1.0)
+        if p.estimate:
+            one = estimator.observe(p, plain[4], 0.05, position, velocity, plain[0], plain[1])
+            other = observe(p, fast[4], 0.05, np.array(position), np.array(velocity), fast[0], fast[1])
+            assert one == other
+        one = law.command(p, elapsed, closing, 13.0, 0.05, position, velocity, start, aim, close, plain[0], *plain[2:])
+        other = command(
+            p, elapsed, closing, 13.0, 0.05, np.array(position), np.array(velocity), np.array(start), np.array(aim),
+            np.array(close), fast[0], *fast[2:],
+        )  # fmt: skip
+        assert one == other
+        assert plain == [values.tolist() for values in fast]
+        assert law.fuel_used(plain[4], 0.05, 60.0, 9.81) == fuel(fast[4], 0.05, 60.0, 9.81)
+    assert math.isfinite(sum(plain[4]))

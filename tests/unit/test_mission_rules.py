@@ -12,13 +12,13 @@ from tethernet_control.mission import (
     arm,
     check_debris_position,
     closing_points,
+    docked_mus,
     launch,
     triggered,
 )
-from tethernet_control.parameters import load
-from tethernet_control.settings import ControlParameters, MissionParameters
+from tethernet_control.settings import ControlParameters, MissionParameters, paper
 
-CONTROL, RULES = load(ControlParameters), load(MissionParameters)
+CONTROL, RULES = paper(ControlParameters), paper(MissionParameters)
 PERIOD = CONTROL.period_ns
 DEBRIS, FAR, NEAR = (1.0, -2.0, -50.0), (1.0, -2.0, -40.0), (1.0, -2.0, -47.6)
 
@@ -103,3 +103,13 @@ def test_positions_out_of_bounds_are_named_with_what_is_allowed(position, named)
     with pytest.raises(ValueError, match="allowed: ") as error:
         check_debris_position(position, RULES)
     assert named in str(error.value)
+
+
+def test_docked_with_both_neighbours():
+    locked = [False] * 8
+    assert docked_mus(8, locked) == (False,) * 8
+    locked[0] = locked[1] = True  # (1 5) and (5 2)
+    assert docked_mus(8, locked) == (False, False, False, False, True, False, False, False)
+    assert docked_mus(8, [True] * 8) == (True,) * 8
+    assert docked_mus(4, [True] * 12) == (False,) * 4, "winches close the net of 4 MUs"
+    assert docked_mus(8, []) == (False,) * 8, "nobody knows"

@@ -237,6 +237,9 @@ class ControllerNode(Node):
         status.saturated = account.saturated
         status.rejected_odometry = account.rejected_odometry
         status.deadline_misses = account.deadline_misses
+        status.outliers = account.outliers
+        status.position_sigma = account.position_sigma_m
+        status.velocity_sigma = account.velocity_sigma_m_s
         self._status_publisher.publish(status)
 
 

@@ -14,7 +14,9 @@ from . import estimator
 
 
 class Law(NamedTuple):
-    """The numbers of the law, as plain floats: compiled code takes them as they are. Meaning: settings.ControlParameters."""
+    """The numbers of the law, as plain floats: compiled code takes them as they are. Meaning:
+    settings.ControlParameters.
+    """
 
     estimate: float  # 1: Kalman filter, 0: raw samples
     position_variance: float  # [m^2]
@@ -41,7 +43,8 @@ class Law(NamedTuple):
 
 
 def reference(p, elapsed, closing_elapsed, closing_duration, start, aim, close, desired, speed, push):
-    """Where an MU shall be and how fast, written to ``desired`` [m] and ``speed`` [m/s]; ``push`` [N] gets it up to speed.
+    """Where an MU shall be and how fast, written to ``desired`` [m] and ``speed`` [m/s]; ``push`` [N] gets it up to
+    speed.
 
     Deployment is the straight line of the paper's Eq. 1, held at its end [A: the paper is silent after t_final]. With a
     ramp time the MU gets up to speed over that time instead of at once and still arrives at t_final. Closing is a
@@ -60,6 +63,7 @@ def reference(p, elapsed, closing_elapsed, closing_duration, start, aim, close, 
         push: output, the thrust that a free MU needs to follow [N].
     """
     deployed = elapsed if closing_elapsed < 0.0 else elapsed - closing_elapsed
+    deployed = max(deployed, 0.0)
     cruise = 1.0 / (p.deployment_time - 0.5 * p.ramp_time)
     if deployed < p.ramp_time:
         fraction = 0.5 * cruise * deployed * deployed / p.ramp_time
@@ -72,7 +76,6 @@ def reference(p, elapsed, closing_elapsed, closing_duration, start, aim, close, 
     if fraction >= 1.0:
         fraction = 1.0
         rate = 0.0
-    fraction = max(fraction, 0.0)
     closed = 0.0
     closing_rate = 0.0
     if closing_elapsed >= 0.0:
@@ -95,7 +98,8 @@ def pid_thrust(p, position, velocity, desired, speed, integral, period, thrust):
 
     F = Kp e - Kd v + Ki integral(e), e = desired - position; the derivative acts on the velocity itself. With feed
     forward it acts on the velocity's error, F = Kp e + Kd (v_d - v) + Ki integral(e) + m dv_d/dt, so that the integral
-    need not wind up to Kd v_d / Ki before the MU moves as fast as its reference. With anti-windup the integral of an axis stands
+    need not wind up to Kd v_d / Ki before the MU moves as fast as its reference. With anti-windup the integral of an
+    axis stands
     still while that axis is beyond the limit. A wanted force within the dead band is none, and winds nothing up either.
 
     Args:

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import ClassVar
+from typing import ClassVar, TypeVar
 
 from .law import Law
-from .parameters import parameter
+from .parameters import field_types, load, parameter, read_yaml
 
 _CONFIG = Path(__file__).parent / "config"
+T = TypeVar("T")
 NANOSECOND_S = 1e-9
 
 
@@ -19,17 +20,29 @@ class ControlParameters:
 
     FILE: ClassVar[Path] = _CONFIG / "control.yaml"
 
-    control_period_s: float = parameter("Period of sensing and command, 20 Hz in the paper", unit="s", low=0.01, high=1.0)
-    deployment_time_s: float = parameter("t_final of the straight line to the aiming point", unit="s", low=1.0, high=1000.0)
+    control_period_s: float = parameter(
+        "Period of sensing and command, 20 Hz in the paper", unit="s", low=0.01, high=1.0
+    )
+    deployment_time_s: float = parameter(
+        "t_final of the straight line to the aiming point", unit="s", low=1.0, high=1000.0
+    )
     kp: float = parameter("Proportional gain", unit="N/m", low=0.0, high=1e4)
     ki: float = parameter("Integral gain", unit="N/(m s)", low=0.0, high=1e4)
     kd: float = parameter("Derivative gain", unit="N s/m", low=0.0, high=1e4)
     thrust_limit_n: float = parameter("Largest thrust per axis", unit="N", low=0.0, high=1e3)
     specific_impulse_s: float = parameter("Specific impulse of the cold-gas thrusters", unit="s", low=1.0, high=1e4)
-    standard_gravity_m_s2: float = parameter("g0 of the fuel equation, as in the paper", unit="m/s^2", low=9.0, high=10.0)
-    watchdog_periods: int = parameter("Control periods after which odometry or a command is too old to act on", low=1, high=1000)
-    position_sigma_m: float = parameter("Standard deviation of a measured position per axis", unit="m", low=0.0, high=10.0)
-    velocity_sigma_m_s: float = parameter("Standard deviation of a measured velocity per axis", unit="m/s", low=0.0, high=10.0)
+    standard_gravity_m_s2: float = parameter(
+        "g0 of the fuel equation, as in the paper", unit="m/s^2", low=9.0, high=10.0
+    )
+    watchdog_periods: int = parameter(
+        "Control periods after which odometry or a command is too old to act on", low=1, high=1000
+    )
+    position_sigma_m: float = parameter(
+        "Standard deviation of a measured position per axis", unit="m", low=0.0, high=10.0
+    )
+    velocity_sigma_m_s: float = parameter(
+        "Standard deviation of a measured velocity per axis", unit="m/s", low=0.0, high=10.0
+    )
     plan_timeout_s: float = parameter(
         "Wall time to wait for the planner's service before the nominal points are taken", unit="s", low=0.0, high=600.0
     )
@@ -50,7 +63,10 @@ class ControlParameters:
         low=6.0, high=1e6,
     )  # fmt: skip
     ramp_time_s: float = parameter(
-        "The reference gets up to speed over this time; 0: at once, as the paper's line does", unit="s", low=0.0, high=20.0
+        "The reference gets up to speed over this time; 0: at once, as the paper's line does",
+        unit="s",
+        low=0.0,
+        high=20.0,
     )
     feed_forward: bool = parameter("The derivative acts on the velocity's error; the paper's acts on the velocity")
     anti_windup: bool = parameter("The integral stands still while its axis is beyond the thrust limit")
@@ -64,12 +80,17 @@ class ControlParameters:
         choices=("intercept", "track"),
     )
     closing_coast_s: float = parameter(
-        "intercept: thrusters off at first, while the net's own pull turns the MUs inwards", unit="s", low=0.0, high=10.0
+        "intercept: thrusters off at first, while the net's own pull turns the MUs inwards",
+        unit="s",
+        low=0.0,
+        high=10.0,
     )
     closing_dead_band_m_s: float = parameter(
         "intercept: velocity that may be missing before thrust is spent", unit="m/s", low=0.0, high=10.0
     )
-    closing_response_s: float = parameter("intercept: what is missing is gained over this time", unit="s", low=0.05, high=10.0)
+    closing_response_s: float = parameter(
+        "intercept: what is missing is gained over this time", unit="s", low=0.05, high=10.0
+    )
     closing_shortest_s: float = parameter(
         "intercept: the time to go never counts as less", unit="s", low=0.1, high=10.0
     )
@@ -118,18 +139,34 @@ class MissionParameters:
     trigger_distance_m: float = parameter(
         "Closing starts when the net's centre of mass is this near to the debris' one", unit="m", low=0.1, high=50.0
     )
-    give_up_s: float = parameter("Missed when the trigger has not come so long after launch", unit="s", low=1.0, high=1000.0)
+    give_up_s: float = parameter(
+        "Missed when the trigger has not come so long after launch", unit="s", low=1.0, high=1000.0
+    )
     capture_duration_s: float = parameter("From the start of closing to the verdict", unit="s", low=1.0, high=1000.0)
     closing_depth_m: float = parameter(
         "8 MUs: the closing position lies so far behind the debris' centre of mass", unit="m", low=0.0, high=50.0
     )
-    closing_duration_s: float = parameter("8 MUs: duration of the flight to the closing position", unit="s", low=1.0, high=100.0)
+    closing_duration_s: float = parameter(
+        "8 MUs: duration of the flight to the closing position", unit="s", low=1.0, high=100.0
+    )
     release_docked: bool = parameter("8 MUs: an MU that has docked with both neighbours switches its thrusters off")
     docking_distance_m: float = parameter("Neighbours nearer than this dock or lock", unit="m", low=0.01, high=5.0)
     confirm_timeout_s: float = parameter(
         "Wall time to wait for the controllers to confirm a change of the mission's state", unit="s", low=0.0, high=60.0
     )
     launch_delay_s: float = parameter("From the newest odometry to the launch time", unit="s", low=0.0, high=60.0)
-    debris_bound_xy_m: float = parameter("Debris is planned for within this distance in x and in y", unit="m", low=0.0, high=100.0)
-    debris_near_m: float = parameter("Debris is planned for from this distance on, along -z", unit="m", low=1.0, high=1000.0)
-    debris_far_m: float = parameter("Debris is planned for up to this distance, along -z", unit="m", low=1.0, high=1000.0)
+    debris_bound_xy_m: float = parameter(
+        "Debris is planned for within this distance in x and in y", unit="m", low=0.0, high=100.0
+    )
+    debris_near_m: float = parameter(
+        "Debris is planned for from this distance on, along -z", unit="m", low=1.0, high=1000.0
+    )
+    debris_far_m: float = parameter(
+        "Debris is planned for up to this distance, along -z", unit="m", low=1.0, high=1000.0
+    )
+
+
+def paper(cls: type[T]) -> T:
+    """The parameters of ``cls`` as the paper prints them: its control is the baseline that ours is measured against."""
+    printed = next(iter(read_yaml(_CONFIG / "paper.yaml").values()))
+    return load(cls, {name: value for name, value in printed.items() if name in field_types(cls)})

@@ -41,7 +41,7 @@ from tethernet_msgs.srv import PlanAimingPoints
 from . import policies
 from .sequencer import MissionSequencer, mu_names
 from .settings import PlannerParameters
-from .swarm import SwarmCentroid
+from .swarm import DockedPairs, SwarmCentroid
 
 _POLL_S = 0.05  # [s] wall time between two looks at the deadlines
 _UNKNOWN = (math.nan,) * 3
@@ -69,6 +69,7 @@ class PlannerNode(Node):
         self._debris_ns = -1
         self._net = _UNKNOWN
         self._net_ns = -1
+        self._locked: list[bool] = []
         self._decided_ns = -1
         self._dropped = 0
         self._newest_measurement_s = time.monotonic()
@@ -84,6 +85,7 @@ class PlannerNode(Node):
         if self._settings.simulated:
             self.create_subscription(NetState, topics.NET_STATE, self._on_net, BULK)
         else:
+            self._pairs = DockedPairs(mu_count, self._rules.docking_distance_m)
             self._swarm = SwarmCentroid(mu_count, control.watchdog_periods * control.period_ns)
             for mu in range(1, mu_count + 1):
                 self.create_subscription(
@@ -107,7 +109,7 @@ class PlannerNode(Node):
             # heartbeat.
             self._drop("net state", "its centre of mass is not finite")
             center = _UNKNOWN
-        self._net, self._net_ns = center, stamp_ns
+        self._net, self._net_ns, self._locked = center, stamp_ns, message.locked
         self._decide()
 
     def _on_debris(self, data: bytes) -> None:
@@ -142,7 +144,9 @@ class PlannerNode(Node):
         self._sequencer.saw_time(stamp_ns)
         if tick is not None:
             self._newest_measurement_s = time.monotonic()
-            self._sequencer.measured(tick.stamp_ns, tick.position, self._debris or _UNKNOWN)
+            if self._sequencer.mission.closing:
+                self._pairs.update(self._swarm.positions)
+            self._sequencer.measured(tick.stamp_ns, tick.position, self._debris or _UNKNOWN, self._pairs.locked)
 
     def _decide(self) -> None:
         """Decide on the newest tick that both the net and the debris are known of."""
@@ -151,7 +155,7 @@ class PlannerNode(Node):
             return
         self._decided_ns = stamp_ns
         self._newest_measurement_s = time.monotonic()
-        self._sequencer.measured(stamp_ns, self._net, self._debris or _UNKNOWN)
+        self._sequencer.measured(stamp_ns, self._net, self._debris or _UNKNOWN, self._locked)
 
     def _drop(self, what: str, why: str) -> None:
         self._dropped += 1

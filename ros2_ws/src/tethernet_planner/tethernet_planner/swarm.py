@@ -97,3 +97,8 @@ class DockedPairs:
             if one is not None and other is not None and math.dist(one, other) <= self._distance_m:
                 self.docked.add(pair)
         return len(self.docked)
+
+    @property
+    def locked(self) -> list[bool]:
+        """One for each pair of neighbours, in their order round the mouth."""
+        return [pair in self.docked for pair in self._pairs]

@@ -20,7 +20,11 @@ def _sources() -> list[Path]:
     """Every file whose text ends up in compiled code."""
     kernels = Path(__file__).parent
     control = Path(tethernet_control.__file__).parent
-    return [*sorted(kernels.glob("*.py")), kernels.parent / "model.py", *(control / n for n in ("law.py", "estimator.py"))]
+    return [
+        *sorted(kernels.glob("*.py")),
+        kernels.parent / "model.py",
+        *(control / n for n in ("law.py", "estimator.py")),
+    ]
 
 
 def _cache_folder() -> Path:
