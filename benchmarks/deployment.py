@@ -48,7 +48,7 @@ def fly_engine(mu_count: int = 8, duration_s: float = DURATION_S, time_step_s: f
         duration_s: a multiple of the control period [s].
         time_step_s: of the integration [s]; None for the one that missions are flown with.
     """
-    settings = Settings.load(physics={} if time_step_s is None else {"time_step_s": time_step_s})
+    settings = Settings.paper(physics={} if time_step_s is None else {"time_step_s": time_step_s})
     control = settings.control
     world = World(
         mu_count,
@@ -61,16 +61,15 @@ def fly_engine(mu_count: int = 8, duration_s: float = DURATION_S, time_step_s: f
     )
     aim = np.array([nominal_aiming_points(mu_count, DEBRIS)])
     start = world.state.mu_pos.copy()
-    integral, thrust = np.zeros_like(start), np.zeros_like(start)
-    alone, largest_error = np.arange(1), np.zeros(1)
-    closing_elapsed, off = np.full(1, -1.0), np.zeros(1, bool)  # it never begins, the thrusters stay on
+    integral, carry, thrust = np.zeros_like(start), np.zeros_like(start), np.zeros_like(start)
+    state, covariance = np.zeros((1, mu_count, 9)), np.zeros((1, mu_count, 6))
+    alone, one, largest_error = np.arange(1), np.ones(1), np.zeros(1)
+    never, on = np.full(1, -1.0), np.zeros((1, mu_count), bool)  # closing never begins, the thrusters stay on
     mu_pos, net_center, cpu_s, contacts = [], [], 0.0, 0
     for tick in range(round(duration_s / control.control_period_s)):
         control_kernels.command(
-            alone, world.state.mu_pos, world.state.mu_vel, tick * control.control_period_s, closing_elapsed, off,
-            control.deployment_time_s, settings.mission.closing_duration_s, control.control_period_s,
-            control.kp, control.ki, control.kd, control.thrust_limit_n,
-            start, aim, aim, integral, thrust, largest_error,
+            control.law(), alone, world.state.mu_pos, world.state.mu_vel, tick * control.control_period_s, never, one,
+            control.control_period_s, on, start, aim, aim, state, covariance, integral, carry, thrust, largest_error,
         )  # fmt: skip
         began = time.process_time()
         world.advance(thrust)

@@ -193,13 +193,15 @@ def start(probe):
 def wait_until_connected(probe, nodes):
     """Wait until every publisher of these nodes has found a subscriber; what nobody listens to here does not count."""
     unheard = {topics.TF, topics.NET_MARKERS, topics.CHASER_ODOMETRY, topics.SIM_STATUS, topics.DIAGNOSTICS}
+    deadline = time.monotonic() + PATIENCE_S
     for node in nodes:
-        while True:
+        while time.monotonic() < deadline:
             counts = read_connections(probe.call(service_name(node), Trigger)).subscribers
             ours = {topic: count for topic, count in counts.items() if topic not in unheard}
             if all(count for topic, count in ours.items() if topic not in ("/rosout", "/parameter_events")):
                 break
             probe.spin_for(0.05)
+    assert time.monotonic() < deadline, "not every node found all its partners"
 
 
 def test_eight_drivers_fly_a_mission_without_a_simulator(probe, processes):

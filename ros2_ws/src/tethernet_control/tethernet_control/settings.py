@@ -51,7 +51,7 @@ class ControlParameters:
         "raw: the samples as they come, the paper's baseline",
         choices=("kalman", "raw"),
     )
-    mu_mass_kg: float = parameter("The MU's mass as its controller knows it", unit="kg", low=0.1, high=100.0)
+    known_mass_kg: float = parameter("The MU's mass as its controller knows it", unit="kg", low=0.1, high=100.0)
     velocity_noise: float = parameter(
         "Filter: unknown impulses on the velocity, threads that snap taut", unit="m/s/sqrt(s)", low=0.0, high=10.0
     )
@@ -111,7 +111,7 @@ class ControlParameters:
             velocity_noise=self.velocity_noise,
             disturbance_noise=self.disturbance_noise,
             innovation_gate=self.innovation_gate,
-            mass=self.mu_mass_kg,
+            mass=self.known_mass_kg,
             deployment_time=self.deployment_time_s,
             ramp_time=self.ramp_time_s,
             kp=self.kp,

@@ -5,13 +5,13 @@ nodes.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 
 import numpy as np
 
 from tethernet_control.mission import Mission, Phase, advance, arm, launch, seconds_between
 from tethernet_control.parameters import load
-from tethernet_control.settings import NANOSECOND_S, ControlParameters, MissionParameters
+from tethernet_control.settings import NANOSECOND_S, ControlParameters, MissionParameters, paper
 
 from .capture_quality import QualityParameters, captured, hull_quality, mouth_area, verdict
 from .kernels import control as control_kernels
@@ -50,6 +50,17 @@ class Settings:
             "quality": QualityParameters,
         }
         return cls(**{name: load(kind, overrides.get(name)) for name, kind in kinds.items()})
+
+    @classmethod
+    def paper(cls, **overrides: dict) -> Settings:
+        """The paper's control as printed, the baseline; else as :meth:`load`."""
+        printed = {"control": paper(ControlParameters), "mission": paper(MissionParameters)}
+        return cls.load(
+            **{
+                **overrides,
+                **{name: {**asdict(values), **overrides.get(name, {})} for name, values in printed.items()},
+            }
+        )
 
 
 def fly(scenario: Scenario, settings: Settings | None = None, observer: Observer | None = None) -> Outcome:
