@@ -94,8 +94,8 @@ def test_the_controllers_class_gives_the_same_bits_as_the_compiled_batch():
 
 
 def test_fuel_against_its_closed_form():
-    """No gains, no fuel. A huge proportional gain alone turns any error, and noise sees to it that there is one on every
-    axis, into the limit on all three axes all the time: then the closed form holds exactly.
+    """No gains, no fuel. A huge proportional gain alone turns any error, and noise sees to it that there is one on
+    every axis, into the limit on all three axes all the time: then the closed form holds exactly.
     """
     silent = fly(Scenario(), Settings.paper(control={"kp": 0.0, "ki": 0.0, "kd": 0.0}, mission={"give_up_s": 1.0}))
     assert silent.fuel_kg == (0.0,) * 8
