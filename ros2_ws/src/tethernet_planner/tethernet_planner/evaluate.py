@@ -113,7 +113,9 @@ def _plain(value):
 
 
 def _arguments(argv: Sequence[str] | None) -> argparse.Namespace:
-    parser = argparse.ArgumentParser(prog="python -m tethernet_planner.evaluate", description=__doc__.split(" (")[0] + ".")
+    parser = argparse.ArgumentParser(
+        prog="python -m tethernet_planner.evaluate", description="Fly many random scenarios in full, in process."
+    )
     parser.add_argument("--mus", type=int, choices=(4, 8), required=True)
     parser.add_argument("--policy", default=policies.NOMINAL, choices=policies.names())
     parser.add_argument("--control", default="default", choices=("default", "paper"), help="paper: its law as printed")
