@@ -200,7 +200,8 @@ def test_a_docked_unit_switches_off():
     one_side = advance(closed, 483 * PERIOD, DEBRIS, DEBRIS, RELEASING, CONTROL, [0, 0, 0, 1, 0, 0, 0, 0])
     assert one_side is closed, "no unit has docked with both its neighbours"
     both = advance(closed, 483 * PERIOD, DEBRIS, DEBRIS, RELEASING, CONTROL, [0, 0, 0, 1, 1, 0, 0, 0])
-    assert both.docked == (False, False, False, True, False, False, False, False)
+    assert both.docked_ns == (0, 0, 0, 484 * PERIOD, 0, 0, 0, 0)
     made.take_mission(both)
+    assert fly(made, [483]) != STILL, "it takes effect at the next tick, whoever hears of it when"
     assert fly(made, [484]) == STILL
     assert made.mode == Mode.OFF

@@ -172,8 +172,7 @@ class MuController:
         if self._start is None:
             self._start = [float(value) for value in position]
         closing_elapsed = seconds_between(mission.closing_ns, stamp_ns) if mission.closing else -1.0
-        docked = bool(mission.docked) and mission.docked[self.mu - 1]
-        if closing_elapsed >= 0.0 and (docked or not mission.closing_points):
+        if closing_elapsed >= 0.0 and (mission.docked(self.mu, stamp_ns) or not mission.closing_points):
             self._thrust[:] = ZERO
             self.mode = Mode.OFF
             return

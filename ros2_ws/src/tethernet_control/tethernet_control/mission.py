@@ -54,10 +54,14 @@ class Mission:
     """One per MU [m]; empty where winches close the net."""
     closing_duration_s: float = 0.0
     """Duration of the flight to the closing points [s]."""
-    docked: tuple[bool, ...] = ()
-    """Per MU: docked with both neighbours, thrusters off; empty until one is."""
+    docked_ns: tuple[int, ...] = ()
+    """Per MU: docked with both neighbours, thrusters off from this time on [ns]; 0: not yet. Empty until one is."""
     reason: str = ""
     """Why missed or aborted."""
+
+    def docked(self, mu: int, stamp_ns: int) -> bool:
+        """True when MU ``mu`` (1..8) has its thrusters off at ``stamp_ns`` because it has docked."""
+        return bool(self.docked_ns) and 0 < self.docked_ns[mu - 1] <= stamp_ns
 
     @property
     def closing(self) -> bool:
@@ -150,7 +154,8 @@ def advance(
 ) -> Mission:
     """The mission after what was measured at ``stamp_ns``; the same object when nothing changes.
 
-    A trigger seen at one control tick takes effect at the next, because the controllers have already answered this one.
+    What is seen at one control tick takes effect at the next: some controllers have answered this one already, others
+    have not.
 
     Args:
         mission: before.
@@ -181,9 +186,15 @@ def advance(
     elif mission.phase == Phase.CLOSING:
         if stamp_ns >= mission.end_ns:
             return mission._next(Phase.COMPLETE)
-        docked = docked_mus(mission.mu_count, locked) if rules.release_docked else ()
-        if any(docked) and docked != mission.docked:
-            return mission._next(Phase.CLOSING, docked=docked)
+        if rules.release_docked:
+            known = mission.docked_ns or (0,) * mission.mu_count
+            from_now = stamp_ns + control.period_ns
+            docked_ns = tuple(
+                since or (from_now if docked else 0)
+                for since, docked in zip(known, docked_mus(mission.mu_count, locked), strict=True)
+            )
+            if docked_ns != known:
+                return mission._next(Phase.CLOSING, docked_ns=docked_ns)
     return mission
 
 

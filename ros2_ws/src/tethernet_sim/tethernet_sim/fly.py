@@ -188,8 +188,8 @@ class _Flight:
             if mission.closing:
                 self.closing_elapsed[b] = seconds_between(mission.closing_ns, stamp_ns)
                 self.closing_duration[b] = mission.closing_duration_s
-                if mission.docked:
-                    self.off[b] = mission.docked
+                if mission.docked_ns:
+                    self.off[b] = [mission.docked(mu, stamp_ns) for mu in range(1, mission.mu_count + 1)]
                 if stamp_ns >= mission.end_ns:
                     self.off[b] = True
         control_kernels.command(

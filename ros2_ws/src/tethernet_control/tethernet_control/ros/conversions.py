@@ -145,7 +145,7 @@ def mission_message(mission: Mission, stamp_ns: int, confirmed: bool, reason: st
         debris_position=point_message(mission.debris_position),
         closing_points=[point_message(point) for point in mission.closing_points],
         closing_duration=float(mission.closing_duration_s),
-        docked=list(mission.docked),
+        docked_times=[time_message(time_ns) for time_ns in mission.docked_ns],
         reason=reason or mission.reason,
     )
     set_stamp(message.header.stamp, stamp_ns)
@@ -170,9 +170,9 @@ def mission_from(message: MissionState) -> Mission:
         raise MessageError(
             f"mission state {message.sequence} has closing points {points}; allowed: none, or a finite one for each MU"
         )
-    if len(message.docked) not in (0, message.mu_count):
+    if len(message.docked_times) not in (0, message.mu_count):
         raise MessageError(
-            f"mission state {message.sequence} says of {len(message.docked)} MUs whether they have docked; "
+            f"mission state {message.sequence} says of {len(message.docked_times)} MUs whether they have docked; "
             f"allowed: none or {message.mu_count}"
         )
     return Mission(
@@ -186,6 +186,6 @@ def mission_from(message: MissionState) -> Mission:
         debris_position=coordinates(message.debris_position),
         closing_points=points,
         closing_duration_s=message.closing_duration,
-        docked=tuple(message.docked),
+        docked_ns=tuple(map(nanoseconds, message.docked_times)),
         reason=message.reason,
     )
