@@ -71,7 +71,7 @@ class SimNode(Node):
         self.lockstep = self.scenario.pace == "lockstep"
         self.mission = Mission(mus)
         self.stamp_ns = 0
-        self.flying = self.finished = False
+        self.flying = self.finished = self._untold = False
         self.books = {mu: ThrustBook(self.control) for mu in self.mus}
         self.barrier = Barrier(
             frozenset([PLANNER, *map(topics.mu_frame, self.mus), *(f"{_EXTERNAL}{mu}" for mu in self.external)])
@@ -178,8 +178,11 @@ class SimNode(Node):
         self._answered(f"{_EXTERNAL}{mu}", stamp_ns)
 
     def _answered(self, who: str, stamp_ns: int) -> None:
-        if self.flying and self.barrier.answer(who, stamp_ns) and self.lockstep:
-            self._advance()
+        if self.flying and self.barrier.answer(who, stamp_ns):
+            if self.lockstep:
+                self._advance()
+            else:
+                self._tell_rest()
 
     def _on_timer(self) -> None:
         if not self.flying:
@@ -197,6 +200,7 @@ class SimNode(Node):
 
     def _advance(self) -> None:
         """One control period with the commands at hand, then tell what is measured."""
+        self._tell_rest()  # in real time, when not everybody has answered
         period = self.control.period_ns * NANOSECOND_S
         thrust = np.array([[self.books[mu].thrust(self.stamp_ns) for mu in self.mus]])
         for mu in self.external:
@@ -230,6 +234,16 @@ class SimNode(Node):
                 self._odometry_out[mu].publish(self._odometry[mu].fill(stamp_ns, position, velocity))
         if not self.external:
             self._publish_clock()
+        self._untold = True
+        if self.lockstep:
+            self._tell_rest()  # the processors are busy all the time anyway: tell while the others work
+
+    def _tell_rest(self) -> None:
+        """What nobody answers: in real time it waits until the thrust is in, so as not to hold up those who command."""
+        if not self._untold:
+            return
+        self._untold = False
+        stamp_ns = self.stamp_ns
         self._publish_body(CHASER)
         self._tf_out.publish(self._tf.fill(stamp_ns, self.world))
         tick = stamp_ns // self.control.period_ns
@@ -295,6 +309,7 @@ class SimNode(Node):
     def _finish(self) -> None:
         if self.finished:
             return
+        self._tell_rest()
         self.finished, self.flying = True, False
         self._timer.cancel()
         self._publish_status()
