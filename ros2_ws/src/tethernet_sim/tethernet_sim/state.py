@@ -54,10 +54,6 @@ class State:
         """An independent copy."""
         return State(**{f.name: getattr(self, f.name).copy() for f in fields(self)})
 
-    def row(self, index: int) -> State:
-        """A view of one scenario, as a batch of one."""
-        return State(**{f.name: getattr(self, f.name)[index : index + 1] for f in fields(self)})
-
 
 def initial_state(
     model: Model,
