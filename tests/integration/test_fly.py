@@ -179,3 +179,21 @@ def test_our_control_needs_less_than_half_of_the_baselines_fuel(mus):
     assert mean["ours"] < 0.5 * mean["baseline"]
     if mus == 4:
         assert mean["ours"] < 0.028
+
+
+def test_stops_at_the_trigger_with_the_net_as_a_whole_flight_has_it():
+    scenarios = [Scenario(mus=4, seed=seed) for seed in (1, 2)]
+    seen = {}
+
+    def look(number, world, index):
+        seen.setdefault(number, []).append(world.knots_as_published(index))
+
+    short = fly_many(scenarios, at_trigger=look, stop_at_trigger=True)
+    whole = fly_many(scenarios, at_trigger=look)
+    for number, (before, after) in enumerate(zip(short, whole, strict=True)):
+        assert before.stopped_at_trigger
+        assert not before.captured
+        assert before.end_time_s == before.trigger_time_s == after.trigger_time_s
+        assert before.fuel_kg == after.fuel_at_trigger_kg
+        assert before.mouth_area_m2 == after.mouth_area_m2
+        assert (seen[number][0] == seen[number][1]).all()

@@ -4,6 +4,7 @@ nodes.
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Callable, Iterable
 from dataclasses import asdict, dataclass
 
@@ -25,6 +26,9 @@ CHUNK = 64
 
 Observer = Callable[[int, World, np.ndarray], None]
 """Called at every control tick with (time since launch [ns], world, indices of the scenarios still flying)."""
+
+AtTrigger = Callable[[int, World, int], None]
+"""Called when closing begins with (number of the scenario in the list, world, its index in the world)."""
 
 
 @dataclass(frozen=True)
@@ -73,6 +77,8 @@ def fly_many(
     settings: Settings | None = None,
     observer: Observer | None = None,
     progress: Callable[[int, int], None] | None = None,
+    at_trigger: AtTrigger | None = None,
+    stop_at_trigger: bool = False,
 ) -> list[Outcome]:
     """Fly scenarios to their ends, on all cores (NUMBA_NUM_THREADS limits them).
 
@@ -83,6 +89,9 @@ def fly_many(
         settings: parameters; None for the defaults.
         observer: looks at every control tick of every chunk.
         progress: called with (scenarios done, scenarios in all) after each chunk.
+        at_trigger: looks at every scenario at the control tick at which its closing begins.
+        stop_at_trigger: fly no further than that tick; such outcomes are marked ``stopped_at_trigger``, what they
+            would have come to is unknown (NaN, not captured).
 
     Returns:
         Outcomes in the order of the scenarios.
@@ -95,7 +104,8 @@ def fly_many(
         indices = [i for i, scenario in enumerate(scenarios) if scenario.mus == mus]
         for begin in range(0, len(indices), CHUNK):
             chunk = indices[begin : begin + CHUNK]
-            flown = _Flight([scenarios[i] for i in chunk], settings).fly(observer)
+            look = None if at_trigger is None else lambda world, b, chunk=chunk: at_trigger(chunk[b], world, b)
+            flown = _Flight([scenarios[i] for i in chunk], settings).fly(observer, look, stop_at_trigger)
             for i, outcome in zip(chunk, flown, strict=True):
                 outcomes[i] = outcome
             done += len(chunk)
@@ -139,12 +149,24 @@ class _Flight:
         self.mouth: list[float | None] = [None] * batch
         self.outcomes: list[Outcome | None] = [None] * batch
 
-    def fly(self, observer: Observer | None) -> list[Outcome]:
+    def fly(
+        self,
+        observer: Observer | None,
+        at_trigger: Callable[[World, int], None] | None,
+        stop_at_trigger: bool,
+    ) -> list[Outcome]:
         control = self.settings.control
         flying = np.arange(len(self.scenarios))
         stamp_ns = 0
         while len(flying):
-            self._begin_closing(flying, stamp_ns)
+            for b in self._begin_closing(flying, stamp_ns):
+                if at_trigger:
+                    at_trigger(self.world, b)
+                if stop_at_trigger:
+                    self.outcomes[b] = self._outcome_at_trigger(b, stamp_ns)
+            flying = np.array([b for b in flying if self.outcomes[b] is None], dtype=int)
+            if not len(flying):
+                break
             if observer:
                 observer(stamp_ns, self.world, flying)
             self._command(flying, stamp_ns)
@@ -161,8 +183,9 @@ class _Flight:
             stamp_ns += control.period_ns
         return self.outcomes
 
-    def _begin_closing(self, flying: np.ndarray, stamp_ns: int) -> None:
-        """What happens at the tick at which closing begins, before anything is measured."""
+    def _begin_closing(self, flying: np.ndarray, stamp_ns: int) -> list[int]:
+        """What happens at the tick at which closing begins, before anything is measured; returns where it begins."""
+        begun = []
         for b in flying:
             mission = self.missions[b]
             if mission.closing and stamp_ns == mission.closing_ns:
@@ -173,6 +196,8 @@ class _Flight:
                     self.close[b] = mission.closing_points
                 else:
                     self.off[b] = True
+                begun.append(b)
+        return begun
 
     def _command(self, flying: np.ndarray, stamp_ns: int) -> None:
         """Sense and command."""
@@ -223,6 +248,16 @@ class _Flight:
             else:
                 going_on.append(b)
         return np.array(going_on, dtype=int)
+
+    def _outcome_at_trigger(self, b: int, stamp_ns: int) -> Outcome:
+        unknown = float("nan")
+        return dataclasses.replace(
+            self._outcome(b, stamp_ns, "flown to the start of closing only"),
+            verdict="flown to the start of closing only",
+            error="",
+            cqi=unknown,
+            stopped_at_trigger=True,
+        )
 
     def _outcome(self, b: int, stamp_ns: int, error: str = "") -> Outcome:
         scenario, mission, quality = self.scenarios[b], self.missions[b], self.settings.quality

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -11,6 +12,23 @@ from tethernet_control.mission import Point
 from tethernet_control.parameters import build, defaults
 
 from .settings import ScenarioParameters
+
+
+FAILURES = ("no_thrust", "stuck_thrust", "no_odometry")
+"""What may happen to an MU: its thrusters are dead; its thrusters go on with what they were told last, whatever is
+commanded; its odometry is gone."""
+
+
+@dataclass(frozen=True)
+class Failure:
+    """The loss of one MU in flight."""
+
+    mu: int
+    """Its number, from 1."""
+    kind: str
+    """One of FAILURES."""
+    time_s: float
+    """After launch [s]; takes effect at the next control tick."""
 
 
 @dataclass(frozen=True)
@@ -31,6 +49,8 @@ class Scenario:
     """Seed of the sensor noise."""
     aiming_offsets: tuple[tuple[float, float], ...] | None = None
     """(dx, dy) of each MU's aiming point from the nominal one [m]; None for the nominal points."""
+    failure: Failure | None = None
+    """One MU that is lost in flight; None for a healthy swarm."""
 
     def __post_init__(self):
         """Raises:
@@ -51,6 +71,15 @@ class Scenario:
             offsets = np.asarray(self.aiming_offsets, float)
             if offsets.shape != (self.mus, 2) or not np.isfinite(offsets).all():
                 raise ValueError(f"aiming_offsets has shape {offsets.shape}; allowed: ({self.mus}, 2), finite, metres")
+
+        lost = self.failure
+        if lost is not None and (
+            lost.mu not in range(1, self.mus + 1) or lost.kind not in FAILURES or not 0.0 <= lost.time_s < math.inf
+        ):
+            raise ValueError(
+                f"failure = {lost}; allowed: mu from 1 to {self.mus}, kind one of {', '.join(FAILURES)}, "
+                "time_s not negative"
+            )
 
     def aiming_points(self) -> np.ndarray:
         """Aiming points of all MUs [m], shape (M, 3)."""
@@ -90,3 +119,5 @@ class Outcome:
     mus: int
     error: str = ""
     """Why the simulation itself failed, if it did."""
+    stopped_at_trigger: bool = False
+    """Flown to the start of closing only: what the capture would have come to is not known."""
