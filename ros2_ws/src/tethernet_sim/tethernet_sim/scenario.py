@@ -13,7 +13,6 @@ from tethernet_control.parameters import build, defaults
 
 from .settings import ScenarioParameters
 
-
 FAILURES = ("no_thrust", "stuck_thrust", "no_odometry")
 """What may happen to an MU: its thrusters are dead; its thrusters go on with what they were told last, whatever is
 commanded; its odometry is gone."""
