@@ -4,8 +4,16 @@ import json
 
 import pytest
 
-from tethernet_planner.evaluate import main, random_scenarios, summary
-from tethernet_sim.fly import Settings, fly_many
+from tethernet_control.parameters import load
+from tethernet_control.settings import MissionParameters
+from tethernet_planner import policies
+from tethernet_planner.campaign.cases import aim
+from tethernet_planner.campaign.flight import fly_cases
+from tethernet_planner.campaign.sources import random_positions
+from tethernet_planner.evaluate import main, records
+from tethernet_sim.fly import Settings
+
+RULES = load(MissionParameters)
 
 
 def test_writes_statistics_and_every_record(tmp_path, capsys):
@@ -23,24 +31,43 @@ def test_writes_statistics_and_every_record(tmp_path, capsys):
 
 
 def test_one_seed_gives_one_list_within_the_papers_bounds():
-    some, more = random_scenarios(4, 5, 7, "nominal"), random_scenarios(4, 50, 7, "nominal")
+    some, more = random_positions(4, 5, 7, RULES), random_positions(4, 50, 7, RULES)
     assert more[:5] == some
-    assert random_scenarios(4, 5, 8, "nominal") != some
-    for scenario in more:
+    assert random_positions(4, 5, 8, RULES) != some
+    for scenario in (case.scenario for case in more):
         x, y, z = scenario.debris_position
         assert max(abs(x), abs(y)) <= 9.0
         assert -60.0 <= z <= -40.0
         assert round(x, 1) == x
-    assert len({scenario.seed for scenario in more}) == 50
+    assert len({case.scenario.seed for case in more}) == 50
 
 
 def test_a_mission_in_error_is_counted_not_dropped():
-    scenarios = random_scenarios(4, 2, 1, "nominal")
-    result = summary(scenarios, fly_many(scenarios, Settings.load(physics={"thread_modulus_pa": 1e12})))
+    cases = random_positions(4, 2, 1, RULES)
+    result = records(cases, fly_cases(cases, Settings.load(physics={"thread_modulus_pa": 1e12})))
     assert result["errors"] == 2
     assert result["success_rate"] == 0.0
     assert result["fuel_per_mu_kg"] is None
     assert len(result["scenarios"]) == 2
+
+
+def test_a_policy_that_fails_at_one_scenario_costs_that_one_only(monkeypatch):
+    cases = random_positions(8, 2, 1, RULES)
+    refused = cases[0].scenario.debris_position
+
+    def picky(mus, position):
+        if position == refused:
+            raise RuntimeError("not there")
+        return policies.nominal_aiming_points(mus, position)
+
+    monkeypatch.setitem(policies._FACTORIES, "picky", lambda: picky)
+    aimed = aim(cases, "picky")
+    result = records(aimed, fly_cases(aimed, Settings.load(mission={"trigger_distance_m": 50.0})))
+    assert result["errors"] == 1
+    first, second = (record["outcome"] for record in result["scenarios"])
+    assert "not there" in first["error"]
+    assert not first["captured"]
+    assert second["error"] == ""
 
 
 @pytest.mark.parametrize("wrong", [["--mus", "5"], ["--mus", "8", "--scenarios", "0"], ["--mus", "8", "--policy", "x"]])

@@ -1,0 +1,132 @@
+"""``python -m tethernet_planner.campaign``: fly a campaign, tabulate it, draw its maps."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any
+
+from tethernet_control.parameters import ParameterError
+from tethernet_sim.fly import Settings
+
+from .. import policies
+from . import attitude_map, pictures, provenance, report, scenario_file, sources, tumble_map
+from .arguments import parse
+from .cases import Case, aim, row
+from .errors import CampaignError
+from .flight import cores, fly_chunks
+from .progress import Progress
+from .results import Results
+
+FAULT, USAGE, INTERRUPTED = 1, 2, 130
+MAPS = {"attitude": attitude_map.draw, "tumble": tumble_map.draw}
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Do what the command line says.
+
+    Args:
+        argv: the words after the program's name; None for those of this process.
+
+    Returns:
+        The exit status: 0 done, 1 a fault, 2 bad usage, 130 interrupted.
+    """
+    options = parse(argv)
+    command = {"table": _table, "plot": _plot}.get(options.command, _fly)
+    try:
+        return command(options)
+    except (CampaignError, ParameterError, policies.PolicyError) as error:
+        print(f"campaign: {error}", file=sys.stderr)
+        return USAGE
+    except OSError as error:
+        print(f"campaign: {error}", file=sys.stderr)
+        return FAULT
+
+
+def _fly(options: argparse.Namespace) -> int:
+    _check_folder(options.output)
+    settings = _settings(options)
+    cases, source = _cases(options, settings)
+    cases = aim(cases, options.policy)
+    description = provenance.describe({**source, "policy": options.policy, "control": options.control}, cases, settings)
+    with Results(options.output, description) as results:
+        if not results.complete and not _go_on(results, cases, settings, options.chunk):
+            return INTERRUPTED
+        print(f"{options.output}: {len(cases)} missions")
+        print("\n".join(report.table(results.rows)))
+    return 0
+
+
+def _go_on(results: Results, cases: Sequence[Case], settings: Settings, chunk: int) -> bool:
+    """Fly what is not flown yet; False when interrupted."""
+    done = len(results.rows)
+    before = f", {done} flown before" if done else ""
+    print(f"{len(cases)} missions{before}; {chunk} at a time on {cores()} cores", file=sys.stderr)
+    progress = Progress(len(cases), done)
+    try:
+        for flown in fly_chunks(cases[done:], settings, chunk):
+            begin = len(results.rows)
+            results.add([row(begin + i, cases[begin + i], outcome) for i, outcome in enumerate(flown)])
+            progress.add(len(flown), sum(bool(outcome.error) for outcome in flown))
+        results.finish()
+    except KeyboardInterrupt:
+        print(
+            f"interrupted; {len(results.rows)} of {len(cases)} missions are kept, the same command goes on",
+            file=sys.stderr,
+        )
+        return False
+    return True
+
+
+def _settings(options: argparse.Namespace) -> Settings:
+    import yaml
+
+    parts = list(Settings.__dataclass_fields__)
+    overrides: dict[str, dict[str, Any]] = {}
+    for word in options.set:
+        name, equals, value = word.partition("=")
+        part, dot, key = name.partition(".")
+        if not (equals and dot and part in parts):
+            raise CampaignError(f"--set {word}: allowed: PART.NAME=VALUE with PART one of {', '.join(parts)}")
+        overrides.setdefault(part, {})[key] = yaml.safe_load(value)
+    return Settings.paper(**overrides) if options.control == "paper" else Settings.load(**overrides)
+
+
+def _cases(options: argparse.Namespace, settings: Settings) -> tuple[list[Case], dict[str, Any]]:
+    """The scenarios, and the options that made them."""
+    if options.command == "file":
+        cases = scenario_file.read(options.scenarios)
+        return sorted(cases, key=lambda case: case.scenario.mus), {"name": "file"}
+    rules = settings.mission
+    make: Callable[[int], list[Case]] = {
+        "random": lambda mus: sources.random_positions(mus, options.scenarios, options.seed, rules),
+        "attitude": lambda mus: sources.attitudes(mus, options.directions, options.each, options.seed, rules),
+        "tumble": lambda mus: sources.tumbles(
+            mus, options.rates, options.axes, options.each, options.seed, rules, options.attitude == "random"
+        ),
+        "loss": lambda mus: sources.losses(mus, options.scenarios, options.seed, rules, options.latest, options.kinds),
+    }[options.command]
+    told = ("mus", "seed", "scenarios", "directions", "rates", "axes", "each", "attitude", "latest", "kinds")
+    source = {"name": options.command, **{name: getattr(options, name) for name in told if hasattr(options, name)}}
+    # One design after the other: flights of one design share a batch.
+    return [case for mus in sorted(set(options.mus)) for case in make(mus)], source
+
+
+def _table(options: argparse.Namespace) -> int:
+    print("\n".join(report.table(report.read(options.files), options.by or report.GROUPED_BY)))
+    return 0
+
+
+def _plot(options: argparse.Namespace) -> int:
+    pictures.check_suffix(options.output)
+    _check_folder(options.output)
+    pictures.save(MAPS[options.map](report.read(options.files)), options.output)
+    print(options.output)
+    return 0
+
+
+def _check_folder(path: Path) -> None:
+    if not path.absolute().parent.is_dir():
+        raise CampaignError(f"--output {path}: its folder does not exist; make it first")

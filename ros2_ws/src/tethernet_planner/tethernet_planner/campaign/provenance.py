@@ -1,0 +1,88 @@
+"""What a campaign's outcomes depend on, so that a file is only ever continued by the same campaign."""
+
+from __future__ import annotations
+
+import hashlib
+import importlib.metadata
+import json
+import platform
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+import tethernet_control
+import tethernet_sim
+from tethernet_sim.fly import Settings
+
+from .cases import Case
+
+FORMAT = 1
+FLOWN_BY = (tethernet_control, tethernet_sim)
+"""The packages whose code decides what comes out."""
+SHOWN_DIFFERENCES = 8
+
+
+def describe(source: Mapping[str, Any], cases: Sequence[Case], settings: Settings) -> dict[str, Any]:
+    """Describe a campaign, ready for JSON.
+
+    Args:
+        source: the options that made the scenarios.
+        cases: all of them.
+        settings: parameters of all flights.
+    """
+    description = {
+        "format": FORMAT,
+        "source": dict(source),
+        "scenarios": len(cases),
+        "scenarios_sha256": _digest(repr(case).encode() for case in cases),
+        "settings": asdict(settings),
+        "code_sha256": _digest(_code()),
+        "versions": {
+            "python": ".".join(platform.python_version_tuple()[:2]),
+            **{name: importlib.metadata.version(name) for name in ("numpy", "numba")},
+        },
+    }
+    return json.loads(json.dumps(description))  # tuples become lists, as after reading
+
+
+def differences(made_by: Mapping[str, Any], now: Mapping[str, Any]) -> list[str]:
+    """Where two descriptions differ, one line each; empty when they do not.
+
+    Args:
+        made_by: of the campaign that made a file.
+        now: of the one at hand.
+    """
+    before, after = dict(_leaves(made_by)), dict(_leaves(now))
+    changed = [key for key in {**before, **after} if before.get(key) != after.get(key)]
+    lines = [f"{key}: {_text(key, before)} in the file, {_text(key, after)} now" for key in changed]
+    more = len(lines) - SHOWN_DIFFERENCES
+    return [*lines[:SHOWN_DIFFERENCES], f"and {more} more"] if more > 0 else lines
+
+
+def _leaves(value: Any, path: str = "") -> Iterator[tuple[str, Any]]:
+    if isinstance(value, Mapping):
+        for key, item in value.items():
+            yield from _leaves(item, f"{path}.{key}" if path else key)
+    else:
+        yield path, value
+
+
+def _text(key: str, values: Mapping[str, Any]) -> str:
+    value = values.get(key, "nothing")
+    return str(value)[:12] if key.endswith("sha256") else str(value)
+
+
+def _digest(parts: Iterator[bytes]) -> str:
+    digest = hashlib.sha256()
+    for part in parts:
+        digest.update(len(part).to_bytes(8, "little") + part)
+    return digest.hexdigest()
+
+
+def _code() -> Iterator[bytes]:
+    for package in FLOWN_BY:
+        folder = Path(package.__file__).parent
+        for path in sorted(folder.rglob("*.py")):
+            yield f"{package.__name__}/{path.relative_to(folder)}".encode()
+            yield path.read_bytes()

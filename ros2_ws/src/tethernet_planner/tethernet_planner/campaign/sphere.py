@@ -1,0 +1,89 @@
+"""Directions spread evenly over the sphere, and the debris' attitude from the direction of its long axis."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+GOLDEN_ANGLE = math.pi * (3.0 - math.sqrt(5.0))  # [rad]
+
+
+def directions(count: int, hemisphere: bool = False) -> np.ndarray:
+    """A Fibonacci lattice: every direction stands for the same solid angle.
+
+    Args:
+        count: how many.
+        hemisphere: only those with z > 0: a cylinder's axis has no sign.
+
+    Returns:
+        Unit vectors, shape (count, 3).
+    """
+    number = np.arange(count)
+    share = (number + 0.5) / count
+    z = 1.0 - share if hemisphere else 1.0 - 2.0 * share
+    around = np.sqrt(1.0 - z * z)
+    return np.column_stack([around * np.cos(GOLDEN_ANGLE * number), around * np.sin(GOLDEN_ANGLE * number), z])
+
+
+def attitude_along(direction: np.ndarray) -> tuple[float, float, float, float]:
+    """The attitude that turns the body's long axis z into a direction by the shortest way.
+
+    Args:
+        direction: unit vector, frame launch, shape (3,).
+
+    Returns:
+        Unit quaternion x y z w, body to launch.
+    """
+    from scipy.spatial.transform import Rotation
+
+    rotation, _ = Rotation.align_vectors([direction], [[0.0, 0.0, 1.0]])
+    return tuple(rotation.as_quat(canonical=True).tolist())
+
+
+def random_attitude(random: np.random.Generator) -> tuple[float, float, float, float]:
+    """An attitude drawn evenly from all: unit quaternion x y z w."""
+    quaternion = random.normal(size=4)
+    return tuple((quaternion / np.linalg.norm(quaternion)).tolist())
+
+
+def long_axes(attitudes: np.ndarray) -> np.ndarray:
+    """The long axes of debris, signed so that z is not negative.
+
+    Args:
+        attitudes: unit quaternions x y z w, body to launch, shape (n, 4).
+
+    Returns:
+        Unit vectors, frame launch, shape (n, 3).
+    """
+    from scipy.spatial.transform import Rotation
+
+    axes = Rotation.from_quat(attitudes).apply([0.0, 0.0, 1.0])
+    return np.where(axes[:, 2:] < 0.0, -axes, axes)
+
+
+def in_launch_frame(attitudes: np.ndarray, vectors: np.ndarray) -> np.ndarray:
+    """Vectors of the debris' body frame in the frame launch; shapes (n, 4), (n, 3) and (n, 3)."""
+    from scipy.spatial.transform import Rotation
+
+    return Rotation.from_quat(attitudes).apply(vectors)
+
+
+def equal_area(axes: np.ndarray) -> np.ndarray:
+    """Lambert's equal-area projection of the hemisphere z >= 0 on the unit disc, z in the middle.
+
+    Args:
+        axes: unit vectors, shape (n, 3).
+
+    Returns:
+        x and y on the disc, shape (n, 2).
+    """
+    return axes[:, :2] / np.sqrt(1.0 + axes[:, 2:])
+
+
+def from_equal_area(points: np.ndarray) -> np.ndarray:
+    """The reverse of :func:`equal_area`: shape (n, 2) in, (n, 3) out; NaN outside the disc."""
+    square = np.sum(points**2, axis=1, keepdims=True)
+    with np.errstate(invalid="ignore"):
+        axes = np.hstack([points * np.sqrt(2.0 - square), 1.0 - square])
+    return np.where(square <= 1.0, axes, np.nan)
