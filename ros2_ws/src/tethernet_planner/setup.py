@@ -10,13 +10,13 @@ setup(
     maintainer="tethernet maintainers",
     maintainer_email="maintainers@tethernet.invalid",
     packages=find_packages(exclude=["test", "tests"]),
-    package_data={"": ["config/*.yaml", "models/*"]},
+    package_data={"": ["config/*.yaml", "config/*.json", "models/*"]},
     data_files=[
         ("share/ament_index/resource_index/packages", ["resource/" + NAME]),
         ("share/" + NAME, ["package.xml"]),
     ],
     python_requires=">=3.11",
-    install_requires=["numpy", "tethernet_sim"],
+    install_requires=["matplotlib", "numpy", "scipy", "tethernet_sim"],
     zip_safe=False,
     entry_points={
         "console_scripts": [

@@ -1,0 +1,181 @@
+"""Data sets for surrogates in Parquet: one row for each flown scenario, every column described in the file itself."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from tethernet_sim.scenario import Outcome, Scenario
+
+from .flown import CQI_LIMIT
+from .net_features import feature_count
+
+COLUMNS = {
+    "number": ("-", "number of the scenario in its stream"),
+    "mus": ("-", "number of MUs"),
+    "noise_seed": ("-", "seed of the scenario's sensor noise"),
+    "debris_position_m": ("m", "debris' centre of mass at launch, x y z, frame launch"),
+    "aiming_offsets_m": ("m", "dx dy of each MU's aiming point from the nominal one, MU 1 first"),
+    "features": (
+        "m, m/s",
+        "the net at the start of closing: x y z vx vy vz of each node relative to the debris' centre of mass; nodes: "
+        "rings 0, 4 and 9 from the corner at row 0, column 0 along the columns and round (88, 56, 16 knots), the "
+        "central knot, the MUs; null where closing never began",
+    ),
+    "error": ("-", "why the simulation failed; empty"),
+    "captured": ("-", "settled CQI below 2.5 and enough locked pairs"),
+    "cqi": ("-", "settled Capture Quality Index, 15 s after the start of closing; null in an error"),
+    "locked_pairs": ("-", "locked pairs at the end"),
+    "trigger_time_s": ("s", "start of closing after launch; null where it never came"),
+    "fuel_kg": ("kg", "fuel of each MU, launch to end"),
+    "fuel_at_trigger_kg": ("kg", "fuel of each MU, launch to start of closing"),
+    "mouth_area_m2": ("m^2", "area of the mouth at the start of closing; null where it never came"),
+    "net_debris_distance_m": ("m", "between the centres of mass at the end; null in an error"),
+}
+"""Columns with unit and meaning."""
+
+
+def schema(mus: int, about: dict):
+    """The Parquet schema.
+
+    Args:
+        mus: number of MUs.
+        about: seed, settings, commit: kept in the file.
+    """
+    import pyarrow as pa
+
+    types = {
+        "number": pa.int64(),
+        "mus": pa.int8(),
+        "noise_seed": pa.int64(),
+        "debris_position_m": pa.list_(pa.float64(), 3),
+        "aiming_offsets_m": pa.list_(pa.float64(), 2 * mus),
+        "features": pa.list_(pa.float32(), feature_count(mus)),
+        "error": pa.string(),
+        "captured": pa.bool_(),
+        "cqi": pa.float64(),
+        "locked_pairs": pa.int16(),
+        "trigger_time_s": pa.float64(),
+        "fuel_kg": pa.list_(pa.float64(), mus),
+        "fuel_at_trigger_kg": pa.list_(pa.float64(), mus),
+        "mouth_area_m2": pa.float64(),
+        "net_debris_distance_m": pa.float64(),
+    }
+    fields = [
+        pa.field(name, types[name], metadata={"unit": unit, "description": text})
+        for name, (unit, text) in COLUMNS.items()
+    ]
+    return pa.schema(fields, metadata={"tethernet": json.dumps(about, sort_keys=True)})
+
+
+def rows(
+    begin: int, scenarios: Sequence[Scenario], outcomes: Sequence[Outcome], seen: Sequence[np.ndarray | None]
+) -> list[dict]:
+    """Rows of the table, numbered from ``begin``."""
+
+    def number_or_null(value: float | None) -> float | None:
+        return value if value is not None and np.isfinite(value) else None
+
+    return [
+        {
+            "number": begin + i,
+            "mus": scenario.mus,
+            "noise_seed": scenario.seed,
+            "debris_position_m": list(scenario.debris_position),
+            "aiming_offsets_m": np.ravel(scenario.aiming_offsets).tolist(),
+            "features": None if row is None or outcome.error else row,
+            "error": outcome.error,
+            "captured": outcome.captured,
+            "cqi": number_or_null(outcome.cqi),
+            "locked_pairs": outcome.locked_pairs,
+            "trigger_time_s": outcome.trigger_time_s,
+            "fuel_kg": list(outcome.fuel_kg),
+            "fuel_at_trigger_kg": list(outcome.fuel_at_trigger_kg),
+            "mouth_area_m2": number_or_null(outcome.mouth_area_m2),
+            "net_debris_distance_m": number_or_null(outcome.net_debris_distance_m),
+        }
+        for i, (scenario, outcome, row) in enumerate(zip(scenarios, outcomes, seen, strict=True))
+    ]
+
+
+def write(path: Path, table) -> None:
+    """Write a table to a file at once or not at all."""
+    import pyarrow.parquet as pq
+
+    partial = path.with_suffix(".partial")
+    pq.write_table(table, partial, compression="zstd")
+    partial.replace(path)
+
+
+def description(mus: int, about: dict) -> str:
+    """The data set's description as Markdown."""
+    facts = [f"- {name}: {value}" for name, value in about.items() if not isinstance(value, dict)]
+    lines = [f"| {name} | {unit} | {text} |" for name, (unit, text) in COLUMNS.items()]
+    head = [f"# Captures with {mus} MUs, flown in full", "", *facts, "", "| column | unit | meaning |", "|---|---|---|"]
+    return "\n".join([*head, *lines, ""])
+
+
+@dataclass(frozen=True)
+class Captures:
+    """The scenarios of a data set in which closing began: what a surrogate learns from."""
+
+    mus: int
+    features: np.ndarray  # (n, 990 or 1014) float32
+    """See :mod:`.net_features`."""
+    cqi: np.ndarray  # (n,)
+    """Settled, at most CQI_LIMIT."""
+    locked_pairs: np.ndarray  # (n,)
+    closing_fuel_kg: np.ndarray  # (n,)
+    """Total of all MUs after the start of closing [kg]."""
+    captured: np.ndarray  # (n,) bool
+    scenarios: int
+    """In the whole data set, those included in which closing never began."""
+    failures: int
+    """Scenarios of the whole data set that were not captured."""
+    about: dict
+    """Seed, settings, commit."""
+
+    def chosen(self, which: np.ndarray) -> Captures:
+        """Some of them, by index or mask; the counts stay those of the whole data set."""
+        arrays = (self.features, self.cqi, self.locked_pairs, self.closing_fuel_kg, self.captured)
+        return Captures(self.mus, *(array[which] for array in arrays), self.scenarios, self.failures, self.about)
+
+
+def read(path: Path) -> Captures:
+    """Read a data set.
+
+    Raises:
+        ValueError: when the file is no data set of this kind.
+    """
+    import pyarrow as pa
+    import pyarrow.parquet as pq
+
+    try:
+        table = pq.read_table(path)
+    except (OSError, pa.ArrowInvalid) as error:
+        raise ValueError(f"{path} cannot be read as Parquet: {error}") from error
+    about = (table.schema.metadata or {}).get(b"tethernet")
+    if about is None or set(table.column_names) != set(COLUMNS) or not len(table):
+        raise ValueError(f"{path} is no data set; allowed: what tethernet_planner.learning.make_data writes")
+    mus = table["mus"][0].as_py()
+    captured = np.array(table["captured"].to_pylist(), bool)
+    kept = table.filter(table["features"].is_valid())
+    fuel, at_trigger = (
+        np.array(kept[name].to_pylist(), float).reshape(-1, mus) for name in ("fuel_kg", "fuel_at_trigger_kg")
+    )
+    flat = kept["features"].combine_chunks().flatten().to_numpy(zero_copy_only=False)
+    return Captures(
+        mus,
+        np.array(flat, np.float32).reshape(-1, feature_count(mus)),
+        np.minimum(np.array(kept["cqi"].to_pylist(), float), CQI_LIMIT),
+        np.array(kept["locked_pairs"].to_pylist(), float),
+        (fuel - at_trigger).sum(axis=1),
+        np.array(kept["captured"].to_pylist(), bool),
+        len(table),
+        int((~captured).sum()),
+        json.loads(about),
+    )

@@ -1,0 +1,146 @@
+"""A trained surrogate: what the capture will come to, from the net at the start of closing. NumPy only."""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass
+from pathlib import Path
+
+import numpy as np
+
+from tethernet_control.layout import design
+
+from . import model_file, networks
+from .model_file import ModelFileError
+from .net_features import feature_count
+
+KIND = "surrogate"
+
+MODELS = ("rnn", "mlp", "trees")
+
+OUTPUTS = ("log_cqi", "locked_pairs", "closing_fuel_kg", "captured_logit")
+"""What a network puts out, the first three standardised. Fuel of closing and the probability of capture are our
+additions: the 8 MUs spend fuel after the trigger, where the paper's surrogate predicts none."""
+
+
+@dataclass(frozen=True)
+class PredictionErrors:
+    """Error of the prediction on unseen scenarios, true minus predicted, those with a CQI below 20 (the paper's noise
+    model).
+    """
+
+    cqi_mean: float = 0.0
+    cqi_std: float = 0.0
+    pairs_mean: float = 0.0
+    pairs_std: float = 0.0
+
+
+@dataclass(frozen=True)
+class Predictions:
+    """Predictions for n nets; all arrays have shape (n,)."""
+
+    cqi: np.ndarray
+    """Settled Capture Quality Index [-]."""
+    locked_pairs: np.ndarray
+    """Not rounded."""
+    closing_fuel_kg: np.ndarray
+    """Total of all MUs, start of closing to end [kg]."""
+    capture_probability: np.ndarray
+    """Calibrated, 0 to 1."""
+
+    def captured(self, mu_count: int) -> np.ndarray:
+        """The paper's decision: predicted CQI and rounded pairs against their thresholds."""
+        return (self.cqi <= 2.5) & (np.round(self.locked_pairs) >= design(mu_count).required_locked_pairs)
+
+
+@dataclass(frozen=True)
+class Surrogate:
+    """A model with its scaling and its errors."""
+
+    model: str
+    """One of MODELS."""
+    mus: int
+    arrays: dict[str, np.ndarray]
+    """The model's own; ``input_mean``, ``input_scale``, shape (990 or 1014,); ``output_mean``, ``output_scale``, shape
+    (3,); ``calibration``, slope and shift of the logit, shape (2,)."""
+    errors: PredictionErrors
+    about: dict
+    """Data, training, scores: facts for the model card."""
+
+    def check_design(self, mus: int) -> None:
+        """Make sure that the surrogate was made for this number of MUs.
+
+        Raises:
+            ModelFileError: when it was not.
+        """
+        if mus != self.mus:
+            raise ModelFileError(f"this surrogate was made for {self.mus} MUs, not for {mus}")
+
+    def predict_many(self, rows: np.ndarray) -> Predictions:
+        """Predict.
+
+        Args:
+            rows: features as of :func:`.net_features.features`, shape (n, 990 or 1014).
+
+        Raises:
+            ValueError: for a wrong shape.
+        """
+        rows = np.asarray(rows, np.float32)
+        expected = feature_count(self.mus)
+        if rows.ndim != 2 or rows.shape[1] != expected:
+            raise ValueError(f"features of shape {rows.shape}; allowed: (n, {expected}) for {self.mus} MUs")
+        arrays = self.arrays
+        raw = forward(self.model, self.mus, arrays, (rows - arrays["input_mean"]) / arrays["input_scale"])
+        values = raw[:, :3].astype(float) * arrays["output_scale"] + arrays["output_mean"]
+        slope, shift = arrays["calibration"]
+        logit = np.clip(slope * raw[:, 3].astype(float) + shift, -50.0, 50.0)
+        return Predictions(
+            np.exp(np.clip(values[:, 0], -10.0, 10.0)),
+            np.clip(values[:, 1], 0.0, design(self.mus).max_locked_pairs),
+            np.maximum(values[:, 2], 0.0),
+            1.0 / (1.0 + np.exp(-logit)),
+        )
+
+    def save(self, path: Path) -> None:
+        """Write the surrogate to a file; see :mod:`.model_file`."""
+        about = {**self.about, "model": self.model, "mus": self.mus, "errors": asdict(self.errors)}
+        model_file.write(path, KIND, self.arrays, about)
+
+    @classmethod
+    def load(cls, path: Path) -> Surrogate:
+        """Read a surrogate from a file.
+
+        Raises:
+            ModelFileError: when it is none, or is damaged.
+        """
+        arrays, about = model_file.read(path, KIND)
+        if about.get("model") not in MODELS or about.get("mus") not in (4, 8):
+            found = f"model {about.get('model')!r} for {about.get('mus')!r} MUs"
+            raise ModelFileError(f"{path}: {found}; allowed: {', '.join(MODELS)} for 4 or 8 MUs")
+        inputs = (feature_count(about["mus"]),)
+        shapes = {"input_mean": inputs, "input_scale": inputs, "output_mean": (3,), "output_scale": (3,)}
+        model_file.check_shapes(path, arrays, {**shapes, "calibration": (2,)})
+        surrogate = cls(about["model"], about["mus"], arrays, PredictionErrors(**about["errors"]), about)
+        try:
+            surrogate.predict_many(np.zeros((1, *inputs)))
+        except (KeyError, ValueError, IndexError) as error:
+            raise ModelFileError(f"{path}: its arrays do not make a {about['model']}: {error}") from error
+        return surrogate
+
+
+def forward(model: str, mus: int, arrays: networks.Arrays, inputs: np.ndarray) -> np.ndarray:
+    """A model's raw outputs.
+
+    Args:
+        model: one of MODELS.
+        mus: 4 or 8.
+        arrays: the model's.
+        inputs: standardised features, shape (n, 990 or 1014).
+
+    Returns:
+        Shape (n, 4), see OUTPUTS.
+    """
+    if model == "rnn":
+        return networks.recurrent(arrays, networks.sector_inputs(inputs, mus))
+    if model == "mlp":
+        return networks.dense(arrays, inputs)
+    return networks.boosted_trees(arrays, inputs)

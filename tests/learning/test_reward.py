@@ -1,0 +1,53 @@
+"""The reward by hand, term by term."""
+
+import math
+
+import numpy as np
+import pytest
+
+from tethernet_planner.learning.flown import Flown, from_outcomes
+from tethernet_planner.learning.reward import TERMS, VARIANTS, Reward
+from tethernet_sim.fly import Settings, fly
+from tethernet_sim.scenario import Scenario
+
+
+def flown(cqi, pairs, fuel=0.1, mouth=500.0, mus=8):
+    return Flown(mus, np.array([cqi]), np.array([pairs]), np.array([fuel]), np.array([mouth]))
+
+
+def test_a_good_capture_earns_mouth_and_fuel():
+    terms = Reward(8, fuel_max_kg=0.4, mouth_max_m2=540.0).terms(flown(1.2, 8))
+    assert terms["mouth"] == pytest.approx(500 / 540)
+    assert terms["fuel"] == pytest.approx(1.5 * 0.75)
+    assert terms["cqi"] == terms["locked_pairs"] == 0.0
+    assert tuple(terms) == TERMS
+
+
+def test_the_variants_differ_between_the_threshold_and_all_pairs():
+    threshold, printed = (Reward(8, 0.4, 540.0, variant).terms(flown(1.2, 7)) for variant in VARIANTS)
+    assert threshold["locked_pairs"] == 0.0
+    assert threshold["fuel"] > 0.0
+    assert printed["locked_pairs"] == pytest.approx(-math.log(2.0))
+    assert printed["fuel"] == 0.0
+
+
+@pytest.mark.parametrize("variant", VARIANTS)
+def test_a_miss_pays_for_cqi_and_pairs(variant):
+    terms = Reward(4, 0.1, 560.0, variant).terms(flown(5.5, 6, mus=4))
+    assert terms["cqi"] == pytest.approx(-math.log(10.0))
+    assert terms["locked_pairs"] == pytest.approx(-math.log(5.0))
+    assert terms["fuel"] == 0.0
+
+
+def test_an_unknown_variant_is_an_error():
+    with pytest.raises(ValueError, match="allowed: threshold, printed"):
+        Reward(8, 0.4, 540.0, "other")
+
+
+def test_a_simulation_in_error_counts_as_missed_by_far():
+    outcome = fly(Scenario(mus=4), Settings.load(physics={"thread_modulus_pa": 1e12}))
+    assert outcome.error
+    result = from_outcomes([outcome])
+    assert result.cqi[0] == 20.0
+    assert not result.captured[0]
+    assert np.isfinite(Reward.load(4)(result)).all()
