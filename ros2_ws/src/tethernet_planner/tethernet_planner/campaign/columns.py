@@ -10,9 +10,10 @@ from __future__ import annotations
 import dataclasses
 import functools
 import math
+import re
 import types
 import typing
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from typing import Any, TypeVar
 
 from tethernet_control.layout import DESIGNS
@@ -33,6 +34,11 @@ MUS = "mus"
 def columns(cls: type) -> dict[str, type]:
     """Column names of a dataclass with their types: bool, int, float or str."""
     return dict(item for name, hint in _hints(cls).items() for item in _columns(hint, name))
+
+
+def in_words(names: Iterable[str]) -> str:
+    """Column names for people: those of the MUs as one, ``fuel_kg_muN``."""
+    return ", ".join(dict.fromkeys(re.sub(r"_mu\d+", "_muN", name) for name in names))
 
 
 def flatten(instance: Any) -> Row:

@@ -10,11 +10,13 @@ from tethernet_sim.scenario import Outcome
 
 from . import tables
 from .cases import outcome_columns
-from .columns import Row, rebuild
+from .columns import Row, in_words, rebuild
 from .errors import CampaignError
 from .statistics import Estimate, Summary, summarise
 
 GROUPED_BY = ("mus", "policy", "group")
+NEEDED = (*GROUPED_BY, "captured", "locked_pairs", "cqi")
+"""Without these it is no outcomes file."""
 HEAD = ("missions", "captured %", "fuel per MU, g", "to the trigger, g", "CQI", "errors", "locked pairs: missions")
 
 
@@ -26,9 +28,9 @@ def read(paths: Iterable[Path]) -> list[Row]:
     """
     rows = []
     for path in paths:
-        missing = set(outcome_columns()) - set(tables.names(path))
-        if "captured" in missing:
-            raise CampaignError(f"{path} is no outcomes file: it lacks {', '.join(sorted(missing))}")
+        lacks = [name for name in NEEDED if name not in tables.header(path)]
+        if lacks:
+            raise CampaignError(f"{path} is no outcomes file: it has no column {', '.join(lacks)}")
         rows += tables.read(path, outcome_columns())
     if not rows:
         raise CampaignError("there is no mission in it")
@@ -47,7 +49,7 @@ def table(rows: Sequence[Row], by: Sequence[str] = GROUPED_BY) -> list[str]:
     """
     for name in by:
         if name not in outcome_columns():
-            raise CampaignError(f"no column {name!r} to group by; allowed: {', '.join(outcome_columns())}")
+            raise CampaignError(f"no column {name!r} to group by; allowed: {in_words(outcome_columns())}")
     groups: dict[tuple, list[Outcome]] = {}
     for row in rows:
         groups.setdefault(tuple(row.get(name) for name in by), []).append(rebuild(Outcome, row))

@@ -8,7 +8,7 @@ from tethernet_sim.scenario import Scenario
 
 from . import tables
 from .cases import LABELS, Case, outcome_columns
-from .columns import columns, rebuild_given
+from .columns import columns, in_words, rebuild_given
 from .errors import CampaignError
 
 GROUP = "file"
@@ -25,10 +25,10 @@ def read(path: Path) -> list[Case]:
         CampaignError: when the file cannot be read, has a column that nobody knows, or a row is no scenario.
     """
     known = outcome_columns()
-    unknown = [name for name in tables.names(path) if name not in known]
+    unknown = [name for name in tables.header(path) if name not in known]
     if unknown:
         raise CampaignError(
-            f"{path} has unknown columns: {', '.join(unknown)}; allowed: group, policy, {', '.join(columns(Scenario))}"
+            f"{path} has unknown columns: {', '.join(unknown)}; allowed: group, policy, {in_words(columns(Scenario))}"
         )
     cases = []
     for number, row in enumerate(tables.read(path, {**LABELS, **columns(Scenario)}), start=1):

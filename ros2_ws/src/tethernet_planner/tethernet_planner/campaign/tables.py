@@ -7,7 +7,7 @@ import os
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
-from .columns import Row, Value
+from .columns import Row, Value, in_words
 from .errors import CampaignError
 
 SUFFIXES = (".parquet", ".csv")
@@ -57,16 +57,12 @@ def read(path: Path, columns: Mapping[str, type]) -> list[Row]:
     Raises:
         CampaignError: when it cannot be read, has no column of these, or a cell is not of its column's type.
     """
-    check_suffix(path)
-    try:
-        names, lines = (_read_csv if path.suffix == ".csv" else _read_parquet)(path)
-    except (OSError, UnicodeDecodeError, csv.Error) as error:
-        raise CampaignError(f"{path} cannot be read: {error}") from error
+    names, lines = _read(path)
     used = [(place, name, columns[name]) for place, name in enumerate(names) if name in columns]
     if not used:
         raise CampaignError(
-            f"{path} has none of the expected columns; it has: {', '.join(names) or 'none'}; "
-            f"allowed: {', '.join(columns)}"
+            f"{path} has none of the expected columns; it has: {in_words(names) or 'none'}; "
+            f"allowed: {in_words(columns)}"
         )
     rows = []
     for number, line in enumerate(lines, start=1):
@@ -76,7 +72,7 @@ def read(path: Path, columns: Mapping[str, type]) -> list[Row]:
         for place, name, kind in used:
             try:
                 row[name] = _cell(line[place], kind)
-            except (TypeError, ValueError, OverflowError):
+            except (KeyError, TypeError, ValueError, OverflowError):
                 allowed = {bool: "true or false", int: "a whole number", float: "a number", str: "text"}[kind]
                 raise CampaignError(
                     f"{path}, row {number}: {name} = {line[place]!r}; allowed: {allowed}, or empty"
@@ -85,17 +81,13 @@ def read(path: Path, columns: Mapping[str, type]) -> list[Row]:
     return rows
 
 
-def names(path: Path) -> list[str]:
+def header(path: Path) -> list[str]:
     """The names of a table's columns.
 
     Raises:
         CampaignError: when it cannot be read.
     """
-    check_suffix(path)
-    try:
-        return (_read_csv if path.suffix == ".csv" else _read_parquet)(path)[0]
-    except (OSError, UnicodeDecodeError, csv.Error) as error:
-        raise CampaignError(f"{path} cannot be read: {error}") from error
+    return _read(path)[0]
 
 
 def write_whole(path: Path, write_to: Callable[[Path], None]) -> None:
@@ -116,6 +108,14 @@ def write_whole(path: Path, write_to: Callable[[Path], None]) -> None:
         partial.replace(path)
     finally:
         partial.unlink(missing_ok=True)
+
+
+def _read(path: Path) -> tuple[list[str], list[list[Value]]]:
+    check_suffix(path)
+    try:
+        return (_read_csv if path.suffix == ".csv" else _read_parquet)(path)
+    except (OSError, UnicodeDecodeError, csv.Error) as error:
+        raise CampaignError(f"{path} cannot be read: {error}") from error
 
 
 def _cell(value: Value, kind: type) -> Value:
@@ -150,7 +150,7 @@ def _parquet():
         import pyarrow.parquet
     except ImportError as error:
         raise CampaignError(
-            "Parquet files need pyarrow; install it or give the file a name that ends in .csv"
+            f"Parquet files need pyarrow ({error}); install it, or take a file whose name ends in .csv"
         ) from error
     return pyarrow.parquet
 
