@@ -91,7 +91,7 @@ def test_the_attitude_map_paints_each_direction_with_its_own_share():
     axis = sphere.directions(50, hemisphere=True)[10]
     rows = fly_nothing(cases, lambda case: case.scenario.debris_attitude == sphere.attitude_along(axis))
     figure = attitude_map.draw(rows)
-    assert "8 MUs: 2 of 100 captured (2.0 %)\n50 directions, 2 missions each" in list(texts(figure))
+    assert "8 MUs: 2 of 100 captured (2.0 %)\n50 directions; missions for each: 2" in list(texts(figure))
     image = figure.axes[0].images[0].get_array()
     x, y = sphere.equal_area(axis[None])[0]
     pixel = tuple(int((value + 1.0) / 2.0 * attitude_map.PIXELS) for value in (y, x))

@@ -48,11 +48,12 @@ def draw(rows: Sequence[Row]) -> Any:
             image = _paint(panel, axes[used], value[used], top)
             figure.colorbar(image, ax=panel, label=label, orientation="horizontal", shrink=0.8, pad=0.02)
         column[0].set_title(
-            f"{mus} MUs: {pictures.counts_text(flown)}\n{used.sum()} directions, {each} missions each", fontsize=10
+            f"{mus} MUs: {pictures.counts_text(flown)}\n{used.sum()} directions; missions for each: {each}", fontsize=10
         )
     figure.suptitle(
-        "Direction of the debris' long axis; equal-area map of the hemisphere:\n"
-        "along the approach in the middle, across it at the rim (both ends are the same)",
+        "Direction of the debris' long axis, either end of it,\n"
+        "on an equal-area map of the hemisphere:\n"
+        "along the approach in the middle, across it at the rim",
         fontsize=11,
     )
     return figure

@@ -77,7 +77,7 @@ def _curve(panel: Any, rate: np.ndarray, captured: np.ndarray) -> None:
     rates = np.unique(rate)
     shares = [share(int(captured[rate == r].sum()), int((rate == r).sum())) for r in rates]
     value, low, high = (100.0 * np.array([getattr(s, name) for s in shares]) for name in ("value", "low", "high"))
-    panel.errorbar(rates, value, [value - low, high - value], marker="o", capsize=3, color="#0072B2")
+    panel.errorbar(rates, value, np.maximum([value - low, high - value], 0.0), marker="o", capsize=3, color="#0072B2")
     for r, place in zip(rates, low, strict=True):
         panel.annotate(
             f"n = {(rate == r).sum()}", (r, place), xytext=(0, -4), textcoords="offset points",
@@ -96,6 +96,7 @@ def _cells(panel: Any, rate: np.ndarray, angle: np.ndarray, captured: np.ndarray
     rates = np.unique(rate[moving])
     panel.set_xlabel("tumble rate [deg/s]")
     if not len(rates):
+        panel.set(xticks=[], yticks=[])
         panel.text(0.5, 0.5, "nothing tumbles", ha="center", transform=panel.transAxes)
         return None
     column = np.searchsorted(rates, np.where(moving, rate, rates[0]))
