@@ -4,27 +4,17 @@ import numpy as np
 import pytest
 
 from tethernet_planner.learning import sources
-from tethernet_planner.learning.flown import Flown
 from tethernet_planner.learning.reward import TERMS, Reward
 from tethernet_sim.fly import Settings
 
 pytest.importorskip("stable_baselines3")
+from tests.learning.pretended import Pretended
 from tethernet_planner.learning.gym_env import AimingEnv
 from tethernet_planner.learning.vec_env import AimingVecEnv
 
 pytestmark = pytest.mark.learning
 
 REWARD = Reward(4, 0.13, 570.0)
-
-
-class Pretended:
-    """Captures that cost as much fuel as the aiming points are away from the nominal ones."""
-
-    def fly(self, scenarios):
-        self.flown = list(scenarios)
-        fuel = np.array([0.01 * np.abs(s.aiming_offsets).mean() for s in scenarios])
-        ones = np.ones(len(scenarios))
-        return Flown(4, 0.5 * ones, 9 * ones, fuel, 500.0 * ones)
 
 
 def test_the_gymnasium_environment_passes_the_libraries_checks():

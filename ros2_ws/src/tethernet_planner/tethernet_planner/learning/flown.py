@@ -10,6 +10,9 @@ import numpy as np
 from tethernet_control.layout import design
 from tethernet_sim.scenario import Outcome
 
+CQI_THRESHOLD = 2.5
+"""Captured with a settled CQI up to this (paper)."""
+
 CQI_LIMIT = 20.0
 """Beyond this the CQI says no more than "missed" (the paper models it below 20); a simulation in error counts as it."""
 
@@ -30,7 +33,7 @@ class Flown:
     @property
     def captured(self) -> np.ndarray:
         """The paper's test of success, CQI at most 2.5 and enough locked pairs, as in the reward."""
-        return (self.cqi <= 2.5) & (self.locked_pairs >= design(self.mus).required_locked_pairs)
+        return (self.cqi <= CQI_THRESHOLD) & (self.locked_pairs >= design(self.mus).required_locked_pairs)
 
 
 def from_outcomes(outcomes: Sequence[Outcome]) -> Flown:

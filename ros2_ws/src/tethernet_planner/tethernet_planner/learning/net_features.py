@@ -89,5 +89,5 @@ def node_permutation(symmetry: Symmetry, mu_count: int) -> np.ndarray:
 
 def image_of_features(symmetry: Symmetry, rows: np.ndarray, mu_count: int) -> np.ndarray:
     """Features of the mirrored missions, shape (n, 990 or 1014) like ``rows``."""
-    nodes = rows.reshape(len(rows), -1, 2, 3)[:, node_permutation(symmetry, mu_count)]
+    nodes = rows.reshape(len(rows), node_count(mu_count), 2, 3)[:, node_permutation(symmetry, mu_count)]
     return symmetry.vectors(nodes).reshape(rows.shape)

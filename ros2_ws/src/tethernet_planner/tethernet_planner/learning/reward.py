@@ -11,7 +11,7 @@ import numpy as np
 
 from tethernet_control.layout import design
 
-from .flown import Flown
+from .flown import CQI_THRESHOLD, Flown
 
 VARIANTS = ("threshold", "printed")
 """Where the penalty on locked pairs ends and the bonus begins. ``printed``: at N_L,max, as in the paper's equation;
@@ -19,8 +19,6 @@ VARIANTS = ("threshold", "printed")
 
 WEIGHT = {4: 1.0, 8: 1.5}
 """w of the paper: weight of the fuel bonus."""
-
-CQI_THRESHOLD = 2.5
 
 TERMS = ("mouth", "cqi", "locked_pairs", "fuel")
 """Names of the terms: b_mouth, p_CQI, p_NL, b_end."""

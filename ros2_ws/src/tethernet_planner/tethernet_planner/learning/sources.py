@@ -15,7 +15,7 @@ from tethernet_sim.scenario import Scenario
 
 from .flown import CQI_LIMIT, Flown, from_outcomes
 from .seeds import Purpose
-from .surrogate_file import Surrogate
+from .surrogate_file import NOISES, Surrogate
 from .trigger import fly_and_look
 
 FULL = "full"
@@ -50,7 +50,12 @@ class SurrogateCapture:
     whatever is flown beside it. Missions that never come to closing are known exactly.
     """
 
-    def __init__(self, settings: Settings, surrogate: Surrogate, noise: bool = True):
+    def __init__(self, settings: Settings, surrogate: Surrogate, noise: str = NOISES[0]):
+        """Args:
+        settings: of the flights.
+        surrogate: tells what captures come to.
+        noise: one of :data:`.surrogate_file.NOISES`.
+        """
         self._settings, self._surrogate, self._noise = settings, surrogate, noise
 
     def fly(self, scenarios: Sequence[Scenario]) -> Flown:
@@ -66,20 +71,15 @@ class SurrogateCapture:
             return flown
         self._surrogate.check_design(flown.mus)
         predicted = self._surrogate.predict_many(np.array([seen[i] for i in closing]))
-        cqi, pairs, fuel = (
-            array.copy() for array in (predicted.cqi, predicted.locked_pairs, predicted.closing_fuel_kg)
-        )
-        if self._noise:
-            error = self._surrogate.errors
-            draws = np.array([_draw(scenarios[i].seed) for i in closing])
-            near = cqi < CQI_LIMIT
-            cqi = np.where(near, cqi + error.cqi_mean + error.cqi_std * draws[:, 0], cqi)
-            pairs = pairs + error.pairs_mean + error.pairs_std * draws[:, 1]
+        draws = np.array([_draw(scenarios[i].seed) for i in closing])
+        cqi_error, pairs_error = self._surrogate.draw_errors(predicted, draws, self._noise)
+        cqi = np.where(predicted.cqi < CQI_LIMIT, predicted.cqi + cqi_error, predicted.cqi)
+        pairs = predicted.locked_pairs + pairs_error
         all_cqi, all_pairs = flown.cqi.copy(), flown.locked_pairs.copy()
         all_cqi[closing] = np.clip(cqi, 0.0, CQI_LIMIT)
         all_pairs[closing] = np.clip(np.round(pairs), 0, design(flown.mus).max_locked_pairs)
         total = flown.fuel_kg.copy()
-        total[closing] += fuel
+        total[closing] += predicted.closing_fuel_kg
         return dataclasses.replace(flown, cqi=all_cqi, locked_pairs=all_pairs, fuel_kg=total)
 
 
@@ -88,13 +88,14 @@ def _draw(scenario_seed: int) -> np.ndarray:
     return np.random.default_rng(np.random.SeedSequence(0, spawn_key=key)).standard_normal(2)
 
 
-def make(name: str, settings: Settings, surrogate_file: Path | None = None) -> Source:
+def make(name: str, settings: Settings, surrogate_file: Path | None = None, noise: str = NOISES[0]) -> Source:
     """The source with this name.
 
     Args:
         name: ``full`` or ``surrogate``.
         settings: of the flights.
         surrogate_file: which surrogate; needed for ``surrogate``.
+        noise: of the surrogate's predictions, one of :data:`.surrogate_file.NOISES`.
 
     Raises:
         ValueError: for an unknown name or a missing file name.
@@ -105,5 +106,5 @@ def make(name: str, settings: Settings, surrogate_file: Path | None = None) -> S
     if name == SURROGATE:
         if surrogate_file is None:
             raise ValueError("source surrogate needs the file of a surrogate")
-        return SurrogateCapture(settings, Surrogate.load(surrogate_file))
+        return SurrogateCapture(settings, Surrogate.load(surrogate_file), noise)
     raise ValueError(f"no source named {name!r}; allowed: {FULL}, {SURROGATE}")

@@ -10,6 +10,7 @@ import numpy as np
 from tethernet_control.layout import design
 
 from . import model_file, networks
+from .flown import CQI_THRESHOLD
 from .model_file import ModelFileError
 from .net_features import feature_count
 
@@ -24,14 +25,17 @@ additions: the 8 MUs spend fuel after the trigger, where the paper's surrogate p
 
 @dataclass(frozen=True)
 class PredictionErrors:
-    """Error of the prediction on unseen scenarios, true minus predicted, those with a CQI below 20 (the paper's noise
-    model).
-    """
+    """Error of a prediction on unseen scenarios, true minus predicted, those with a CQI below 20 [P]."""
 
     cqi_mean: float = 0.0
     cqi_std: float = 0.0
     pairs_mean: float = 0.0
     pairs_std: float = 0.0
+
+
+NOISES = ("split", "paper", "none")
+"""Gaussian errors that learning adds to predictions. ``paper``: one for all; ``split``: one where the predicted CQI is
+that of a capture and one where it is not, because failed captures are predicted far worse; ``none``."""
 
 
 @dataclass(frozen=True)
@@ -49,7 +53,7 @@ class Predictions:
 
     def captured(self, mu_count: int) -> np.ndarray:
         """The paper's decision: predicted CQI and rounded pairs against their thresholds."""
-        return (self.cqi <= 2.5) & (np.round(self.locked_pairs) >= design(mu_count).required_locked_pairs)
+        return (self.cqi <= CQI_THRESHOLD) & (np.round(self.locked_pairs) >= design(mu_count).required_locked_pairs)
 
 
 @dataclass(frozen=True)
@@ -62,7 +66,8 @@ class Surrogate:
     arrays: dict[str, np.ndarray]
     """The model's own; ``input_mean``, ``input_scale``, shape (990 or 1014,); ``output_mean``, ``output_scale``, shape
     (3,); ``calibration``, slope and shift of the logit, shape (2,)."""
-    errors: PredictionErrors
+    errors: dict[str, PredictionErrors]
+    """``all``; ``near``, where the predicted CQI is at most 2.5; ``far``, where it is above."""
     about: dict
     """Data, training, scores: facts for the model card."""
 
@@ -100,9 +105,38 @@ class Surrogate:
             1.0 / (1.0 + np.exp(-logit)),
         )
 
+    def draw_errors(self, predicted: Predictions, draws: np.ndarray, noise: str) -> tuple[np.ndarray, np.ndarray]:
+        """Errors to add to predictions.
+
+        Args:
+            predicted: n predictions.
+            draws: of the standard normal distribution, shape (n, 2).
+            noise: one of NOISES.
+
+        Returns:
+            For CQI and locked pairs, each of shape (n,).
+
+        Raises:
+            ValueError: for an unknown noise.
+        """
+        if noise not in NOISES:
+            raise ValueError(f"noise {noise!r}; allowed: {', '.join(NOISES)}")
+        if noise == "none":
+            return np.zeros(len(draws)), np.zeros(len(draws))
+        near, far = (self.errors["near"], self.errors["far"]) if noise == "split" else (self.errors["all"],) * 2
+        is_near = predicted.cqi <= CQI_THRESHOLD
+        cqi = [error.cqi_mean + error.cqi_std * draws[:, 0] for error in (near, far)]
+        pairs = [error.pairs_mean + error.pairs_std * draws[:, 1] for error in (near, far)]
+        return np.where(is_near, *cqi), np.where(is_near, *pairs)
+
     def save(self, path: Path) -> None:
         """Write the surrogate to a file; see :mod:`.model_file`."""
-        about = {**self.about, "model": self.model, "mus": self.mus, "errors": asdict(self.errors)}
+        about = {
+            **self.about,
+            "model": self.model,
+            "mus": self.mus,
+            "errors": {part: asdict(error) for part, error in self.errors.items()},
+        }
         model_file.write(path, KIND, self.arrays, about)
 
     @classmethod
@@ -119,11 +153,12 @@ class Surrogate:
         inputs = (feature_count(about["mus"]),)
         shapes = {"input_mean": inputs, "input_scale": inputs, "output_mean": (3,), "output_scale": (3,)}
         model_file.check_shapes(path, arrays, {**shapes, "calibration": (2,)})
-        surrogate = cls(about["model"], about["mus"], arrays, PredictionErrors(**about["errors"]), about)
         try:
+            errors = {part: PredictionErrors(**about["errors"][part]) for part in ("all", "near", "far")}
+            surrogate = cls(about["model"], about["mus"], arrays, errors, about)
             surrogate.predict_many(np.zeros((1, *inputs)))
-        except (KeyError, ValueError, IndexError) as error:
-            raise ModelFileError(f"{path}: its arrays do not make a {about['model']}: {error}") from error
+        except (KeyError, TypeError, ValueError, IndexError) as error:
+            raise ModelFileError(f"{path} does not make a {about['model']}: {error}") from error
         return surrogate
 
 

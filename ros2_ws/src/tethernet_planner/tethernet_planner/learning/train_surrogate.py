@@ -1,0 +1,168 @@
+"""Train surrogates on one data set and compare them in one table.
+
+``python -m tethernet_planner.learning.train_surrogate``.
+"""
+
+from __future__ import annotations
+
+import argparse
+import dataclasses
+import json
+import shutil
+import sys
+import time
+from collections.abc import Sequence
+from pathlib import Path
+
+from . import data_set, model_file, run_folder, train_networks, train_trees
+from .progress import Progress
+from .surrogate_file import Surrogate
+from .surrogate_scores import scores, with_errors
+from .surrogate_training import Material, finish, prepare
+
+TREES = "trees"
+MODELS = ("rnn-paper", "rnn", "mlp", TREES)
+BEST = "surrogate.safetensors"
+
+
+def train_one(name: str, material: Material, seed: int, overrides: dict, about: dict) -> Surrogate:
+    """Train one model.
+
+    Args:
+        name: one of MODELS.
+        material: data.
+        seed: one seed gives one model.
+        overrides: hyper-parameters to replace, where the model has them.
+        about: facts for the model card.
+    """
+    began = time.monotonic()
+    training = train_trees.TreeTraining() if name == TREES else train_networks.PRESETS[name]
+    known = {field.name for field in dataclasses.fields(training)}
+    training = dataclasses.replace(training, **{key: v for key, v in overrides.items() if key in known})
+    if isinstance(training, train_trees.TreeTraining):
+        model, arrays = TREES, train_trees.train(training, material, seed)
+    else:
+        progress = Progress(f"epochs of {name}", training.epochs)
+        model, arrays = training.model, train_networks.train(training, material, seed, progress.tell)
+    facts = {"name": name, "training": dataclasses.asdict(training), "seconds": time.monotonic() - began}
+    return finish(model, arrays, material, {**about, **facts})
+
+
+def validation_score(surrogate: Surrogate, material: Material) -> float:
+    """Brier score on the validation data, by which the models are compared: the test decides nothing."""
+    scaling = material.scaling
+    rows = material.held_inputs * scaling["input_scale"] + scaling["input_mean"]
+    probability = surrogate.predict_many(rows).capture_probability
+    return float(((probability - material.held_targets[:, 3]) ** 2).mean())
+
+
+def table(results: dict[str, dict], best: str, about: dict) -> str:
+    """The comparison as Markdown."""
+    first = next(iter(results.values()))
+    lines = [
+        f"# Surrogates, {about['mus']} MUs",
+        "",
+        f"{about['train_scenarios']} training scenarios, {100 * about['train_failure_share']:.1f} % not captured; "
+        f"tested on {first['scenarios']} unseen ones in which closing began, {first['failures']} of them not captured "
+        f'(who always says "captured" is right in {100 * first["always_captured"]:.1f} %).',
+        "",
+        "| model | right, by CQI and pairs (95 %) | balanced | right, by probability | balanced | Brier | calibration "
+        "error | CQI below 20: error, mean ± std | pairs: error, mean ± std | pairs exactly right | one prediction | "
+        "trained in |",
+        "|---|---|---|---|---|---|---|---|---|---|---|---|",
+    ]
+    for name, r in results.items():
+        low, high = r["right_95"]
+        lines.append(
+            f"| {name}{' (default)' if name == best else ''} | {100 * r['right']:.1f} % ({100 * low:.1f} to "
+            f"{100 * high:.1f}) | {100 * r['balanced']:.1f} % | {100 * r['right_by_probability']:.1f} % | "
+            f"{100 * r['balanced_by_probability']:.1f} % | {r['brier']:.3f} | {r['calibration_error']:.3f} | "
+            f"{r['cqi_error_mean']:.2f} ± {r['cqi_error_std']:.2f} | {r['pairs_error_mean']:.2f} ± "
+            f"{r['pairs_error_std']:.2f} | {100 * r['pairs_right']:.1f} % | {r['inference_ms']:.2f} ms | "
+            f"{r['seconds']:.0f} s |"
+        )
+    return "\n".join([*lines, "", f"The default is the best by Brier score on validation data: {best}.", ""])
+
+
+def plot(path: Path, results: dict[str, dict]) -> None:
+    """The calibration of the predicted probability."""
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(5, 5), layout="constrained")
+    axes = figure.subplots()
+    axes.plot([0, 1], [0, 1], color="0.7")
+    for name, r in results.items():
+        predicted, observed, count = zip(*r["calibration"], strict=True)
+        axes.plot(predicted, observed, marker="o", label=f"{name} ({sum(count)} scenarios)")
+    axes.set_xlabel("predicted probability of capture")
+    axes.set_ylabel("share captured")
+    axes.legend()
+    figure.savefig(path, dpi=150)
+
+
+def _arguments(argv: Sequence[str] | None) -> argparse.Namespace:
+    parser = argparse.ArgumentParser(
+        prog="python -m tethernet_planner.learning.train_surrogate",
+        description="Train surrogates on one data set, test them on unseen scenarios, compare them in one table. "
+        "Killed and started again with the same words it keeps the models that are done.",
+    )
+    parser.add_argument("--data", type=Path, required=True, metavar="FOLDER", help="of make_data")
+    parser.add_argument("--output", type=Path, required=True, metavar="FOLDER", help="models, report, plot")
+    parser.add_argument("--models", nargs="+", choices=MODELS, default=list(MODELS), metavar="MODEL")
+    parser.add_argument("--seed", type=int, default=0, help="of training, default 0")
+    parser.add_argument("--epochs", type=int, metavar="N", help="instead of each network's own")
+    parser.add_argument("--trees", type=int, metavar="N", help="instead of the forest's own")
+    parser.add_argument("--torch-threads", type=int, default=2, metavar="N")
+    return parser.parse_args(argv)
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Train, test, write. Returns 0; 2 for bad usage."""
+    options = _arguments(argv)
+    import torch
+
+    torch.set_num_threads(options.torch_threads)
+    overrides = {name: value for name in ("epochs", "trees") if (value := getattr(options, name)) is not None}
+    files = {split: options.data / f"{split}.parquet" for split in ("train", "test")}
+    try:
+        data, test = (data_set.read(file) for file in files.values())
+        material = prepare(data, options.seed)
+        fingerprints = {split: model_file.file_fingerprint(file) for split, file in files.items()}
+        settings = {"command": "train_surrogate", "data": fingerprints, "seed": options.seed, "overrides": overrides}
+        run_folder.claim(options.output, settings)
+    except ValueError as error:
+        print(f"error: {error}", file=sys.stderr)
+        return 2
+    about = {
+        "mus": data.mus,
+        "commit": model_file.commit(),
+        "seed": options.seed,
+        "data": fingerprints,
+        "data_seed": data.about["seed"],
+        "flight_parameters": data.about["flight_parameters"],
+        "train_scenarios": data.scenarios,
+        "train_failure_share": data.failures / data.scenarios,
+    }
+    results = {}
+    for name in options.models:
+        file = options.output / f"{name}.safetensors"
+        if not file.exists():
+            surrogate = with_errors(train_one(name, material, options.seed, overrides, about), test)
+            dataclasses.replace(surrogate, about={**surrogate.about, "scores": scores(surrogate, test)}).save(file)
+        surrogate = Surrogate.load(file)
+        seconds = {"seconds": surrogate.about["seconds"], "validation_brier": validation_score(surrogate, material)}
+        results[name] = {**surrogate.about["scores"], **seconds}
+    best = min(results, key=lambda name: results[name]["validation_brier"])
+    shutil.copyfile(options.output / f"{best}.safetensors", options.output / BEST)
+    text = table(results, best, about)
+    run_folder.write_text(
+        options.output / "report.json", json.dumps({**about, "best": best, "models": results}, indent=2)
+    )
+    run_folder.write_text(options.output / "report.md", text)
+    plot(options.output / "calibration.png", results)
+    print(text)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,156 @@
+"""Surrogates: what is saved predicts what was trained, wrong files are explained, one seed gives one model."""
+
+import json
+
+import numpy as np
+import pytest
+
+from tethernet_planner.learning import data_set, make_data, networks, sources, surrogate_training
+from tethernet_planner.learning.data_set import Captures
+from tethernet_planner.learning.model_file import ModelFileError, write
+from tethernet_planner.learning.net_features import feature_count
+from tethernet_planner.learning.surrogate_file import NOISES, Surrogate
+from tethernet_planner.learning.surrogate_scores import scores, with_errors
+from tethernet_sim.fly import Settings
+
+pytestmark = pytest.mark.learning
+
+
+def invented(mus, count, seed):
+    """Captures that depend on how far the net is beside the debris."""
+    random = np.random.default_rng(seed)
+    rows = random.normal(0, 0.3, (count, feature_count(mus) // 6, 6)).astype(np.float32)
+    beside = random.uniform(0, 4, count)
+    rows[:, :, 2] += beside[:, None]
+    captured = beside < 2.5
+    pairs = np.where(captured, 9.0, 4.0)
+    about = {"seed": seed, "flight_parameters": ""}
+    cqi = 0.5 + beside
+    fuel = 0.1 * np.ones(count)
+    return Captures(mus, rows.reshape(count, -1), cqi, pairs, fuel, captured, count, int((~captured).sum()), about)
+
+
+@pytest.fixture(scope="module")
+def material():
+    return surrogate_training.prepare(invented(4, 80, 0), seed=0)
+
+
+@pytest.mark.parametrize("mus", [4, 8])
+def test_the_sequence_goes_once_round_the_mouth(mus):
+    nodes = networks.sector_nodes(mus)
+    assert nodes.shape == (8, 22)
+    knots = nodes[:, :20].ravel()
+    assert sorted(knots) == list(range(160))
+    assert (nodes[:, 20] == 160).all()
+    assert sorted(n - 160 for n in nodes[:, 21] if n != 161 + mus) == list(range(1, mus + 1))
+
+
+@pytest.mark.parametrize("name", ["rnn", "mlp", "trees"])
+def test_what_is_saved_predicts_what_was_trained(name, material, tmp_path):
+    pytest.importorskip("torch")
+    pytest.importorskip("sklearn")
+    from tethernet_planner.learning.train_surrogate import train_one
+
+    overrides = {"epochs": 12, "trees": 30}
+    test = invented(4, 60, 1)
+    surrogate = with_errors(train_one(name, material, 3, overrides, {}), test)
+    surrogate.save(tmp_path / "a.safetensors")
+    again = Surrogate.load(tmp_path / "a.safetensors")
+    predicted, loaded = surrogate.predict_many(test.features), again.predict_many(test.features)
+    assert np.allclose(predicted.cqi, loaded.cqi, rtol=1e-5)
+    assert again.errors == surrogate.errors
+    judged = scores(again, test)
+    assert judged["balanced"] > 0.8
+    assert judged["inference_ms"] < 50.0
+    assert json.dumps(judged)
+    same = train_one(name, material, 3, overrides, {})
+    assert all(np.array_equal(same.arrays[key], surrogate.arrays[key]) for key in same.arrays)
+
+
+def test_numpy_and_torch_agree(material):
+    torch = pytest.importorskip("torch")
+    from tethernet_planner.learning.train_networks import _Dense, _Recurrent
+
+    torch.manual_seed(0)
+    rows = material.held_inputs
+    dense = _Dense(rows.shape[1], 0.0)
+    steps = networks.sector_inputs(rows, 4)
+    recurrent = _Recurrent(steps.shape[2], 0.0)
+    with torch.no_grad():
+        expected = dense.outputs(torch.from_numpy(rows)).numpy()
+        assert np.allclose(networks.dense(dense.arrays(), rows), expected, atol=1e-5)
+        expected = recurrent.outputs(torch.from_numpy(steps)).numpy()
+        assert np.allclose(networks.recurrent(recurrent.arrays(), steps), expected, atol=1e-5)
+
+
+def test_exported_trees_predict_what_scikit_learn_does():
+    sklearn = pytest.importorskip("sklearn.ensemble")
+    from tethernet_planner.learning.train_trees import _Tree
+
+    random = np.random.default_rng(0)
+    rows = random.normal(size=(200, 6)).astype(np.float32)
+    model = sklearn.GradientBoostingRegressor(n_estimators=20, max_depth=3, learning_rate=0.1, random_state=0)
+    model.fit(rows, rows[:, 0] * rows[:, 1])
+    trees = [_Tree.of(tree.tree_, 0.1) for tree in model.estimators_[:, 0]]
+    nodes = max(len(tree.value) for tree in trees)
+    names = ("feature", "left", "right", "threshold", "value")
+    arrays = {name: np.stack([[tree.padded(name, nodes) for tree in trees]]) for name in names}
+    arrays |= {"components": np.zeros((0, 6)), "direct": np.arange(6), "base": np.array([model.init_.constant_[0, 0]])}
+    assert np.allclose(networks.boosted_trees(arrays, rows)[:, 0], model.predict(rows), atol=1e-5)
+
+
+def small_surrogate(mus=4):
+    inputs = feature_count(mus)
+    arrays = {
+        "weight_0": np.zeros((4, inputs)), "bias_0": np.zeros(4), "input_mean": np.zeros(inputs),
+        "input_scale": np.ones(inputs), "output_mean": np.array([0.0, 9.0, 0.1]), "output_scale": np.ones(3),
+        "calibration": np.array([1.0, 0.0]),
+    }  # fmt: skip
+    errors = dict.fromkeys(("all", "near", "far"), surrogate_training.PredictionErrors(0.0, 0.5, 0.0, 0.5))
+    return Surrogate("mlp", mus, arrays, errors, {})
+
+
+def test_an_episode_through_a_surrogate(tmp_path):
+    small_surrogate().save(tmp_path / "s.safetensors")
+    scenarios = make_data.scenarios(4, "train", 1, 0, 2)
+    flown = [sources.make("surrogate", Settings.load(), tmp_path / "s.safetensors", noise) for noise in NOISES]
+    split, _, exact = (source.fly(scenarios) for source in flown)
+    assert (split.cqi != exact.cqi).any()
+    alone = flown[0].fly(scenarios[:1])
+    assert alone.cqi[0] == split.cqi[0]
+    assert alone.fuel_kg[0] == split.fuel_kg[0] > 0.1
+
+
+@pytest.mark.parametrize("spoil", ["missing", "text", "kind", "mus", "shape", "nan"])
+def test_wrong_files_are_explained(spoil, tmp_path):
+    path = tmp_path / "s.safetensors"
+    surrogate = small_surrogate()
+    if spoil == "text":
+        path.write_text("no model")
+    elif spoil == "kind":
+        write(path, "policy", surrogate.arrays, {"mus": 4})
+    elif spoil == "mus":
+        write(path, "surrogate", surrogate.arrays, {"mus": 8, "model": "mlp", "errors": {}})
+    elif spoil == "shape":
+        write(path, "surrogate", {**surrogate.arrays, "calibration": np.zeros(3)}, {"mus": 4, "model": "mlp"})
+    elif spoil == "nan":
+        write(path, "surrogate", {**surrogate.arrays, "calibration": np.full(2, np.nan)}, {"mus": 4, "model": "mlp"})
+    with pytest.raises(ModelFileError, match=r"s\.safetensors"):
+        Surrogate.load(path)
+
+
+def test_a_data_set_is_made_described_resumed_and_not_mixed(tmp_path, capsys):
+    parquet = pytest.importorskip("pyarrow.parquet")
+    words = ["--mus", "4", "--train", "2", "--test", "1", "--output", str(tmp_path / "d")]
+    assert make_data.main(words) == 0
+    form = parquet.read_schema(tmp_path / "d" / "train.parquet")
+    assert set(form.names) == set(data_set.COLUMNS)
+    assert all(form.field(name).metadata[b"description"] for name in form.names)
+    assert json.loads(form.metadata[b"tethernet"])["seed"] == 0
+    captures = data_set.read(tmp_path / "d" / "train.parquet")
+    assert captures.scenarios == 2
+    before = (tmp_path / "d" / "train.parts" / "000000.parquet").stat().st_mtime_ns
+    assert make_data.main(words) == 0
+    assert (tmp_path / "d" / "train.parts" / "000000.parquet").stat().st_mtime_ns == before
+    assert make_data.main([*words, "--seed", "1"]) == 2
+    assert "seed: there 0, asked for 1" in capsys.readouterr().err

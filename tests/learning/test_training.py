@@ -1,0 +1,110 @@
+"""Training: one seed gives one policy, killed or not; what is exported answers as what was trained."""
+
+import numpy as np
+import pytest
+
+pytest.importorskip("stable_baselines3")
+
+from tests.learning.pretended import Pretended
+from tethernet_planner.learning import history, model_file, run_folder, train_policy
+from tethernet_planner.learning.policy_file import AimingPolicy, OutsideTrainingError, constant_policy
+from tethernet_planner.learning.ppo import PpoSettings
+from tethernet_planner.learning.reward import Reward
+
+pytestmark = pytest.mark.learning
+
+REWARD = Reward(4, 0.05, 570.0)
+SETTINGS = PpoSettings(4, seed=5, episodes=128, envs=8, steps=2, batch=8, log_std=-1.0)
+
+
+class KilledError(Exception):
+    pass
+
+
+class KilledAfter(Pretended):
+    def __init__(self, batches):
+        self.left = batches
+
+    def fly(self, scenarios):
+        self.left -= 1
+        if self.left < 0:
+            raise KilledError
+        return super().fly(scenarios)
+
+
+def train(folder, source=None, settings=SETTINGS):
+    folder.mkdir(exist_ok=True)
+    file = train_policy.train(folder, settings, source or Pretended(), REWARD, {})
+    return model_file.read(file, "policy")[0]
+
+
+def test_the_same_seed_gives_the_same_policy_killed_or_not(tmp_path):
+    whole = train(tmp_path / "whole")
+    with pytest.raises(KilledError):
+        train(tmp_path / "killed", KilledAfter(9))
+    resumed = train(tmp_path / "killed")
+    assert all(np.array_equal(whole[name], resumed[name]) for name in whole)
+    files = [tmp_path / name / history.FILE for name in ("whole", "killed")]
+    assert files[0].read_text() == files[1].read_text()
+    assert len(history.read(files[0])) == 16
+    other = train(tmp_path / "other", settings=PpoSettings(4, seed=6, episodes=128, envs=8, steps=2, batch=8))
+    assert not np.array_equal(whole["weight_0"], other["weight_0"])
+
+
+def test_a_training_learns_and_leaves_what_it_should(tmp_path):
+    settings = PpoSettings(4, seed=1, episodes=1600, envs=32, steps=2, log_std=-1.0)
+    train(tmp_path / "run", settings=settings)
+    lines = history.read(tmp_path / "run" / history.FILE)
+    rewards = [line[1] for line in lines]
+    assert np.mean(rewards[-10:]) > np.mean(rewards[:10]) + 0.05
+    assert (tmp_path / "run" / "history.png").stat().st_size > 10_000
+    assert list((tmp_path / "run" / "tensorboard").iterdir())
+    assert (tmp_path / "run" / "policy.zip").exists()
+    policy = AimingPolicy.load(tmp_path / "run" / "policy.safetensors")
+    assert policy.offsets((0.0, 0.0, -50.0))[0].mean() < -0.5
+    assert policy.about["last_tenth"]["captured"] == 1.0
+
+
+@pytest.mark.parametrize("wrong", [{"episodes": 100}, {"symmetry": "x"}, {"batch": 0}])
+def test_wrong_settings_are_explained(wrong):
+    with pytest.raises(ValueError, match="allowed"):
+        PpoSettings(4, **wrong)
+
+
+def test_a_folder_takes_one_run_only(tmp_path):
+    assert not run_folder.claim(tmp_path / "a", {"seed": 1, "more": {"x": 1}})
+    assert run_folder.claim(tmp_path / "a", {"seed": 1, "more": {"x": 1}})
+    with pytest.raises(run_folder.RunFolderError, match=r"more\.x: there 1, asked for 2"):
+        run_folder.claim(tmp_path / "a", {"seed": 1, "more": {"x": 2}})
+    (tmp_path / "b").mkdir()
+    (tmp_path / "b" / "thesis.txt").touch()
+    with pytest.raises(run_folder.RunFolderError, match="something that is no run"):
+        run_folder.claim(tmp_path / "b", {})
+
+
+def test_a_policy_keeps_its_bounds_and_its_design(tmp_path):
+    constant_policy(np.full((4, 2), 1.2)).save(tmp_path / "p.safetensors")
+    policy = AimingPolicy.load(tmp_path / "p.safetensors")
+    assert np.allclose(policy.offsets((1.0, 2.0, -44.0)), 1.2)
+    points = policy.aiming_points(4, (1.0, 2.0, -44.0))
+    assert np.allclose(points[0], (-9.8, -8.8, -44.0))
+    with pytest.raises(OutsideTrainingError, match="z from -60 to -40"):
+        policy.offsets((0.0, 0.0, -70.0))
+    with pytest.raises(model_file.ModelFileError, match="made for 4 MUs, not for 8"):
+        policy.aiming_points(8, (0.0, 0.0, -50.0))
+
+
+@pytest.mark.parametrize("spoil", ["missing", "text", "surrogate", "symmetry", "layer"])
+def test_wrong_policy_files_are_explained(spoil, tmp_path):
+    path = tmp_path / "p.safetensors"
+    policy = constant_policy(np.zeros((4, 2)))
+    if spoil == "text":
+        path.write_text("no policy")
+    elif spoil == "surrogate":
+        model_file.write(path, "surrogate", policy.arrays, {"mus": 4})
+    elif spoil == "symmetry":
+        AimingPolicy(4, policy.arrays, "mirror").save(path)
+    elif spoil == "layer":
+        AimingPolicy(4, {**policy.arrays, "bias_0": np.zeros(3)}).save(path)
+    with pytest.raises(model_file.ModelFileError, match=r"p\.safetensors"):
+        AimingPolicy.load(path)
