@@ -14,7 +14,7 @@ def test_no_scenario_of_a_test_is_ever_trained_on():
         return {(s.debris_position, s.seed) for s in task.random_scenarios(8, purpose, 0, 0, count)}
 
     trained = flown(Purpose.POLICY_TRAINING, 2000) | flown(Purpose.SURROGATE_TRAINING, 2000)
-    trained |= flown(Purpose.OFFSET_OPTIMISATION, 2000) | flown(Purpose.OFFSET_SELECTION, 100)
+    trained |= flown(Purpose.OFFSET_OPTIMISATION, 2000)
     for purpose in (Purpose.POLICY_EVALUATION, Purpose.SURROGATE_TEST):
         assert not trained & flown(purpose, 200)
 

@@ -6,7 +6,7 @@ import pytest
 pytest.importorskip("stable_baselines3")
 
 from tests.learning.pretended import Pretended
-from tethernet_planner.learning import history, model_file, run_folder, train_policy
+from tethernet_planner.learning import history, model_file, offset_search, optimise_offsets, run_folder, train_policy
 from tethernet_planner.learning.policy_file import AimingPolicy, OutsideTrainingError, constant_policy
 from tethernet_planner.learning.ppo import PpoSettings
 from tethernet_planner.learning.reward import Reward
@@ -108,3 +108,34 @@ def test_wrong_policy_files_are_explained(spoil, tmp_path):
         AimingPolicy(4, {**policy.arrays, "bias_0": np.zeros(3)}).save(path)
     with pytest.raises(model_file.ModelFileError, match=r"p\.safetensors"):
         AimingPolicy.load(path)
+
+
+def test_the_search_finds_the_offsets_killed_or_not(tmp_path):
+    pytest.importorskip("cma")
+    settings = offset_search.SearchSettings(4, seed=1, episodes=40 * 24, scenarios=2, candidates=12)
+
+    def search(folder, source):
+        folder.mkdir(exist_ok=True)
+        return offset_search.search(folder, settings, source, REWARD, lambda done, more: None, {})
+
+    with pytest.raises(KilledError):
+        search(tmp_path / "killed", KilledAfter(17))
+    resumed, whole = search(tmp_path / "killed", Pretended()), search(tmp_path / "whole", Pretended())
+    assert np.array_equal(resumed.arrays["bias_0"], whole.arrays["bias_0"])
+    offsets = whole.offsets((3.0, 0.0, -50.0))
+    assert np.allclose(offsets[0], -2.0, atol=0.5)
+    assert np.abs(offsets[1:]).max() < 0.5
+
+
+def test_the_commands_explain_what_is_wrong(tmp_path, capsys):
+    words = ["--mus", "4", "--output", str(tmp_path / "run")]
+    for main in (train_policy.main, optimise_offsets.main):
+        with pytest.raises(SystemExit) as ended:
+            main(words)
+        assert ended.value.code == 2
+        assert "needs --surrogate" in capsys.readouterr().err
+        assert main([*words, "--surrogate", str(tmp_path / "none.safetensors")]) == 2
+        assert "none.safetensors cannot be read" in capsys.readouterr().err
+        assert main([*words, "--source", "full", "--episodes", "7"]) == 2
+        assert "allowed" in capsys.readouterr().err
+    assert not (tmp_path / "run").exists()

@@ -22,7 +22,6 @@ class Purpose(enum.IntEnum):
     OFFSET_OPTIMISATION = 5
     REWARD_REFERENCES = 6
     PREDICTION_NOISE = 7
-    OFFSET_SELECTION = 8
 
 
 def sequence(purpose: Purpose, seed: int, number: int) -> np.random.SeedSequence:

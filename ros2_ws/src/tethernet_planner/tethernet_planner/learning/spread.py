@@ -9,19 +9,19 @@ from .task import OFFSET_LIMIT_M, on_grid
 _SHARE_COMMON = 0.65
 """Scenarios in which all MUs aim beside the debris together: what makes captures fail most."""
 
-_COMMON_M = 2.8
+_COMMON_M = 3.0
 """Largest common offset [m]: the net's centre of mass must come within 2.5 m of the debris', or closing never begins
 and there is nothing to predict."""
 
-_OWN_M = 2.5
+_OWN_M = 3.5
 """Largest offset of an MU from the common one [m]."""
 
 
 def random_offsets(random: np.random.Generator, mus: int) -> np.ndarray:
     """Offsets of the aiming points.
 
-    In 65 % of all scenarios an offset common to all MUs, up to 2.8 m in any direction, and one of each MU's own; in the
-    others only one of each MU's own. How far the MUs' own ones go is drawn for each scenario, up to 2.5 m or 5 m.
+    In 65 % of all scenarios an offset common to all MUs, up to 3 m in any direction, and one of each MU's own; in the
+    others only one of each MU's own. How far the MUs' own ones go is drawn for each scenario, up to 3.5 m or 5 m.
 
     Args:
         random: source of randomness.
