@@ -8,6 +8,7 @@ from scipy.integrate import solve_ivp
 
 from tests.physics import coast, make_world
 from tethernet_sim import audit
+from tethernet_sim.kernels import rigid_body
 from tethernet_sim.state import ATTITUDE, DEBRIS, MOMENTUM
 
 
@@ -47,3 +48,15 @@ def test_inertia_is_that_of_a_cylinder_and_a_cube():
     assert numbers.debris_along == pytest.approx(0.5 * 9000.0 * 1.95**2)
     assert numbers.debris_across == pytest.approx(9000.0 * (3 * 1.95**2 + 11.1**2) / 12.0)
     assert numbers.chaser_inertia == pytest.approx(1600.0 * 1.5**2 / 6.0)
+
+
+def test_the_cheap_step_is_the_exact_drift():
+    exact, cheap = np.zeros(13), np.zeros(13)
+    exact[3:6], exact[9], exact[10:13] = (1.0, -2.0, 0.5), 1.0, (3e3, -5e3, 2e3)
+    cheap[:] = exact
+    matrix, other = np.eye(3), np.eye(3)
+    for _ in range(8000):
+        rigid_body.creep(cheap, other, 9e4, 1.7e4, 1.25e-4)
+    rigid_body.drift_body(exact, matrix, 9e4, 1.7e4, 1.0)
+    assert np.allclose(cheap, exact, atol=1e-11)
+    assert np.allclose(other, matrix, atol=1e-11)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from tests.physics import coast, make_world
 from tethernet_sim.kernels import contact
@@ -109,3 +110,81 @@ def test_no_particle_gets_into_the_debris():
         touched = max(touched, int(state.contacts[0]))
     assert touched > 20
     assert deepest < 0.02
+
+
+def test_the_vectorised_side_contact_equals_the_general_one():
+    random = np.random.default_rng(5)
+    count = 60
+    debris = np.zeros(13)
+    debris[:6] = random.normal(size=6)
+    attitude = Rotation.random(random_state=1)
+    debris[6:10] = attitude.as_quat()
+    matrix, rate = attitude.as_matrix(), np.array([0.05, -0.08, 0.02])
+    angle, along = random.uniform(0, 2 * np.pi, count), random.uniform(-4, 4, count)
+    radius = N.debris_radius + N.knot_radius - random.uniform(-0.003, 0.006, count)  # a third does not touch
+    body = np.stack([radius * np.cos(angle), radius * np.sin(angle), along])
+    knot_pos = np.ascontiguousarray(matrix @ body + debris[:3, None])
+    knot_vel = random.normal(size=(3, count)) + debris[3:6, None]
+    bristles = random.normal(scale=1e-3, size=(count, 3))
+    kick = np.full(count, 0.1)
+
+    general = bristles.copy()
+    forces, touched = np.zeros((count, 3)), np.zeros(count, np.int64)
+    touching = contact.contact_forces(
+        knot_pos, knot_vel, np.zeros((0, 3)), np.zeros((0, 3)), np.arange(count), count, general, debris, matrix, rate,
+        N, forces, touched,
+    )  # fmt: skip
+    kicked, force, torque = knot_vel.copy(), np.zeros(3), np.zeros(3)
+    contact.react(
+        touched, forces, touching, kick, knot_pos, kicked, np.zeros((0, 3)), np.zeros((0, 3)), debris, force, torque
+    )
+
+    side, work, fast = np.arange(count), np.zeros(12 * contact.ROOM), np.zeros((count, 3))
+    contact.gather(knot_pos, knot_vel, debris, side, count, work)
+    contact.fetch_bristles(bristles, side, count, work)
+    fast_kicked, fast_force, fast_torque = knot_vel.copy(), np.zeros(3), np.zeros(3)
+    assert 20 < touching < 50
+    assert touching == contact.side_forces(work, count, debris, matrix, rate, N, fast_force, fast_torque)
+    contact.kick_side(side, count, work, kick, fast_kicked)
+    contact.store_bristles(fast, side, count, work)
+    assert np.allclose(fast_kicked, kicked, atol=1e-12)
+    assert np.allclose(fast, general, atol=1e-15)
+    assert np.allclose(fast_force, force, atol=1e-10)
+    assert np.allclose(fast_torque, torque, atol=1e-9)
+
+
+def test_the_search_lists_all_that_may_touch_and_tells_side_from_ends():
+    random = np.random.default_rng(2)
+    knot_pos = np.ascontiguousarray(random.uniform(-7, 7, (3, 529)))
+    mu_pos = np.array([[0.0, 0.0, N.debris_half_length + 0.1], [50.0, 0.0, 0.0]])
+    debris = np.zeros(13)
+    debris[9] = 1.0
+    room = contact.ROOM
+    side, others, flags = np.zeros(room + 1, np.uint32), np.zeros(room, np.uint32), np.zeros(room, np.uint8)
+    margin = 5.0 * contact.NEAR_STEPS * N.time_step
+    sides, rest, steps = contact.find_candidates(
+        knot_pos, mu_pos, debris, np.eye(3), N, 5.0, side, others, np.zeros(room), np.zeros(room), flags,
+        flags.view(np.uint64), np.zeros(room, np.uint32),
+    )  # fmt: skip
+    assert steps == contact.NEAR_STEPS
+    distance = np.array([contact.surface(*p, N.debris_radius, N.debris_half_length)[0] for p in knot_pos.T])
+    listed = set(side[:sides].tolist()) | set(others[:rest].tolist())
+    assert set(np.flatnonzero(distance < N.knot_radius + margin).tolist()) <= listed
+    assert 529 in listed
+    assert 530 not in listed
+    assert all(distance[i] < N.knot_radius + 1.5 * margin for i in listed if i < 529), "no more than necessary"
+    for i in side[:sides]:
+        assert abs(knot_pos[2, i]) < N.debris_half_length - N.knot_radius - margin
+
+
+def test_a_far_net_is_searched_seldom():
+    debris = np.zeros(13)
+    debris[9] = 1.0
+    room = contact.ROOM
+    flags = np.zeros(room, np.uint8)
+    found = contact.find_candidates(
+        np.full((3, 529), 20.0), np.full((8, 3), 20.0), debris, np.eye(3), N, 5.0, np.zeros(room + 1, np.uint32),
+        np.zeros(room, np.uint32), np.zeros(room), np.zeros(room), flags, flags.view(np.uint64),
+        np.zeros(room, np.uint32),
+    )  # fmt: skip
+    assert found == (0, 0, contact.FAR_STEPS)

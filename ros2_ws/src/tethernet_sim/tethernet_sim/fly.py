@@ -202,7 +202,7 @@ class _Flight:
     def _command(self, flying: np.ndarray, stamp_ns: int) -> None:
         """Sense and command."""
         control, state = self.settings.control, self.world.state
-        noise = np.stack([self.noise[b].draw(1)[0] for b in flying])
+        noise = np.array([self.noise[b].draw_next() for b in flying])
         position, velocity = state.mu_pos.copy(), state.mu_vel.copy()
         position[flying] += noise[:, :, 0]
         velocity[flying] += noise[:, :, 1]

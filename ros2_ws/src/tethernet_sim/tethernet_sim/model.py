@@ -64,6 +64,7 @@ class Arrays(NamedTuple):
     row_damping: np.ndarray  # (528,) [N s/m]
     column_stiffness: np.ndarray  # (506,) thread from knot i to i + 23 [N/m]
     column_damping: np.ndarray  # (506,) [N s/m]
+    ends: np.ndarray  # (2, 1034) the knots of each thread, rows first, as kernels/threads.py numbers them
     mu_knot: np.ndarray  # (M,) knot that MU m hangs on
     mu_thread: np.ndarray  # (M,) rest length of its thread [m]
     pairs: np.ndarray  # (R, 2) closing pairs: particles
@@ -152,6 +153,7 @@ def build_model(mu_count: int, physics: PhysicsParameters, mission: MissionParam
         coupling_damping=2.0 * mu * physics.external_coupling_rad_s,
     )
     columns = KNOTS - KNOT_ROWS
+    first = np.concatenate([np.arange(KNOTS - 1), np.arange(columns)])
     arrays = Arrays(
         knot_mass=mass,
         kick=physics.time_step_s / mass,
@@ -159,6 +161,7 @@ def build_model(mu_count: int, physics: PhysicsParameters, mission: MissionParam
         row_damping=np.where(row_end, 0.0, damping),
         column_stiffness=np.full(columns, stiffness),
         column_damping=np.full(columns, damping),
+        ends=np.stack([first, first + np.where(np.arange(len(first)) < KNOTS - 1, 1, KNOT_ROWS)]).astype(np.uint32),
         mu_knot=np.array([row * KNOT_ROWS + column for row, column in layout.knots]),
         mu_thread=np.array(layout.thread_lengths),
         pairs=np.array(list(zip(ring, ring[1:] + ring[:1], strict=True))),

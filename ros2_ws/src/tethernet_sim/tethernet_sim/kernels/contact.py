@@ -6,18 +6,21 @@ from __future__ import annotations
 
 import math
 
-from .options import kernel
+from .listing import listed
+from .options import leaf
 
 SPEED_FACTOR, SPEED_MARGIN_M_S = 2.0, 2.0
 """Until the next search no particle gets faster relative to the debris than this factor times the fastest now, plus
 this margin: a thread that snaps taut can at most reverse a relative velocity."""
 NEAR_STEPS = 10
 """Steps between two searches while particles are near the debris."""
+ROOM = 536
+"""Room for all knots, in whole cache lines."""
 FAR_STEPS = 500
 """Steps between two searches at the most."""
 
 
-@kernel
+@leaf
 def surface(rx, ry, rz, radius, half_length):
     """Signed distance of a point from a cylinder, and the outward normal there.
 
@@ -45,7 +48,7 @@ def surface(rx, ry, rz, radius, half_length):
     return flat, 0.0, 0.0, up
 
 
-@kernel
+@leaf
 def fastest(knot_vel, mu_vel, debris, spin, reach):
     """Bound of any particle's speed relative to the debris' material until the next search [m/s].
 
@@ -67,8 +70,10 @@ def fastest(knot_vel, mu_vel, debris, spin, reach):
     return SPEED_FACTOR * (math.sqrt(most) + spin * reach) + SPEED_MARGIN_M_S
 
 
-@kernel
-def find_candidates(knot_pos, mu_pos, debris, matrix, numbers, speed, candidates):
+@leaf
+def find_candidates(
+    knot_pos, mu_pos, debris, matrix, numbers, speed, side, others, squared, along, flags, blocks, busy
+):
     """List the particles that may touch the debris before the next search.
 
     Args:
@@ -78,72 +83,167 @@ def find_candidates(knot_pos, mu_pos, debris, matrix, numbers, speed, candidates
         matrix: its rotation (3, 3).
         numbers: constants of the model.
         speed: bound of any particle's relative speed until then [m/s].
-        candidates: output.
+        side: output, knots that can touch nothing but the cylinder's side until then.
+        others: output, all other particles: MUs, knots near the flat ends.
+        squared: work space, (ROOM,).
+        along: work space, (ROOM,).
+        flags: work space, one byte for each knot, zeros beyond, (ROOM,).
+        blocks: the same bytes, eight in one, (ROOM / 8,).
+        busy: work space, (ROOM,).
 
     Returns:
-        (how many are listed, steps until the next search is due).
+        (how many are listed in ``side``, in ``others``, steps until the next search is due).
     """
-    reach = math.sqrt(
-        numbers.debris_radius * numbers.debris_radius + numbers.debris_half_length * numbers.debris_half_length
-    )
+    radius, half_length = numbers.debris_radius, numbers.debris_half_length
+    reach = math.sqrt(radius * radius + half_length * half_length) + max(numbers.knot_radius, numbers.mu_radius)
     margin = speed * NEAR_STEPS * numbers.time_step
-    nearest = 1e9
-    count = 0
-    knots = knot_pos.shape[1]
+    knots, mus = knot_pos.shape[1], mu_pos.shape[0]
+    px, py, pz = debris[0], debris[1], debris[2]
+    ax, ay, az = matrix[0, 2], matrix[1, 2], matrix[2, 2]
+    x, y, z = knot_pos[0], knot_pos[1], knot_pos[2]
+    nearest = 1e300
+    for i in range(knots):
+        dx, dy, dz = x[i] - px, y[i] - py, z[i] - pz
+        squared[i] = dx * dx + dy * dy + dz * dz
+        along[i] = ax * dx + ay * dy + az * dz
+        nearest = min(nearest, squared[i])
+    for m in range(mus):
+        dx, dy, dz = mu_pos[m, 0] - px, mu_pos[m, 1] - py, mu_pos[m, 2] - pz
+        nearest = min(nearest, dx * dx + dy * dy + dz * dz)
+    if nearest > (reach + margin) * (reach + margin):
+        return 0, 0, min(FAR_STEPS, int((math.sqrt(nearest) - reach) / (speed * numbers.time_step)))
+    # Within the sphere round the debris: a cylinder that is larger all round decides, without roots.
     size = numbers.knot_radius
-    for i in range(knots + mu_pos.shape[0]):
-        if i < knots:
-            dx, dy, dz = knot_pos[0, i] - debris[0], knot_pos[1, i] - debris[1], knot_pos[2, i] - debris[2]
+    wide, long = (radius + size + margin) * (radius + size + margin), half_length + size + margin
+    for i in range(knots):
+        flags[i] = (squared[i] - along[i] * along[i] < wide) & (abs(along[i]) < long)
+    count = listed(flags, blocks, busy, side)
+    side_count, others_count = 0, 0
+    for j in range(count):
+        i = side[j]
+        if abs(along[i]) < half_length - size - margin:
+            side[side_count] = i
+            side_count += 1
         else:
-            size = numbers.mu_radius
-            m = i - knots
-            dx, dy, dz = mu_pos[m, 0] - debris[0], mu_pos[m, 1] - debris[1], mu_pos[m, 2] - debris[2]
-        gap = math.sqrt(dx * dx + dy * dy + dz * dz) - reach - size
-        if gap < margin:
-            rx = matrix[0, 0] * dx + matrix[1, 0] * dy + matrix[2, 0] * dz
-            ry = matrix[0, 1] * dx + matrix[1, 1] * dy + matrix[2, 1] * dz
-            rz = matrix[0, 2] * dx + matrix[1, 2] * dy + matrix[2, 2] * dz
-            gap = surface(rx, ry, rz, numbers.debris_radius, numbers.debris_half_length)[0] - size
-            if gap < margin:
-                candidates[count] = i
-                count += 1
-        nearest = min(nearest, gap)
-    if count:
-        return count, NEAR_STEPS
-    return 0, min(FAR_STEPS, int(nearest / (speed * numbers.time_step)))
+            others[others_count] = i
+            others_count += 1
+    size = numbers.mu_radius
+    wide, long = (radius + size + margin) * (radius + size + margin), half_length + size + margin
+    for m in range(mus):
+        dx, dy, dz = mu_pos[m, 0] - px, mu_pos[m, 1] - py, mu_pos[m, 2] - pz
+        axial = ax * dx + ay * dy + az * dz
+        if dx * dx + dy * dy + dz * dz - axial * axial < wide and abs(axial) < long:
+            others[others_count] = knots + m
+            others_count += 1
+    return side_count, others_count, NEAR_STEPS
 
 
-@kernel
-def box_friction(stuck, sliding, normal_force, friction, stiffness, damping):
-    """Friction in one tangential direction of the scaled-box model: spring and damper, limited by mu times the
-    normal force.
+@leaf
+def gather(knot_pos, knot_vel, debris, side, count, work):
+    """Copy position relative to the debris' centre [m] and velocity [m/s] of the ``side`` knots to ``work``."""
+    px, py, pz = debris[0], debris[1], debris[2]
+    for j in range(count):
+        i = side[j]
+        work[j], work[j + ROOM], work[j + 2 * ROOM] = knot_pos[0, i] - px, knot_pos[1, i] - py, knot_pos[2, i] - pz
+        work[j + 3 * ROOM], work[j + 4 * ROOM] = knot_vel[0, i], knot_vel[1, i]
+        work[j + 5 * ROOM] = knot_vel[2, i]
+
+
+@leaf
+def fetch_bristles(bristles, side, count, work):
+    """Copy the bristles of the ``side`` knots to ``work``."""
+    for j in range(count):
+        for axis in range(3):
+            work[j + (6 + axis) * ROOM] = bristles[side[j], axis]
+
+
+@leaf
+def store_bristles(bristles, side, count, work):
+    """Copy the bristles of the ``side`` knots back."""
+    for j in range(count):
+        for axis in range(3):
+            bristles[side[j], axis] = work[j + (6 + axis) * ROOM]
+
+
+@leaf
+def side_forces(work, count, debris, matrix, rate, numbers, force, torque):
+    """What :func:`contact_forces` does, for knots that can touch the cylinder's side only; without branches, so that it
+    vectorises.
 
     Args:
-        stuck: displacement since the contact stuck [m].
-        sliding: velocity [m/s].
-        normal_force: [N], not negative.
-        friction: mu.
-        stiffness: of the spring [N/m].
-        damping: of the damper [N s/m].
+        work: one row of ROOM numbers for each of: position relative to the debris' centre [m], velocity [m/s], bristle
+            in the debris frame [m] (updated), force on the knot [N] (output); each x, y, z.
+        count: how many knots.
+        debris: body state (13,).
+        matrix: its rotation (3, 3).
+        rate: its angular rate, launch frame [rad/s].
+        numbers: constants of the model.
+        force: on the debris [N], (3,); added to.
+        torque: on the debris about its centre of mass [N m], (3,); added to.
 
     Returns:
-        (force [N], displacement that the spring may keep [m]).
+        How many knots touch.
     """
-    limit = friction * normal_force
-    force = -stiffness * stuck - damping * sliding
-    force = min(max(force, -limit), limit)
-    # The spring must not hold more than friction can: what is beyond has slid.
-    most = limit / stiffness
-    return force, min(max(stuck, -most), most)
+    size, damping = numbers.debris_radius + numbers.knot_radius, numbers.knot_contact_damping
+    stiffness, softness, dt = numbers.contact_stiffness, 1.0 / numbers.contact_stiffness, numbers.time_step
+    friction = numbers.friction
+    qx, qy, qz = debris[3], debris[4], debris[5]
+    wx, wy, wz = rate[0], rate[1], rate[2]
+    m00, m01, m02 = matrix[0, 0], matrix[0, 1], matrix[0, 2]
+    m10, m11, m12 = matrix[1, 0], matrix[1, 1], matrix[1, 2]
+    m20, m21, m22 = matrix[2, 0], matrix[2, 1], matrix[2, 2]
+    sx, sy, sz, tx, ty, tz, touching = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0
+    for j in range(count):
+        dx, dy, dz = work[j], work[j + ROOM], work[j + 2 * ROOM]
+        vx = work[j + 3 * ROOM] - qx - (wy * dz - wz * dy)
+        vy = work[j + 4 * ROOM] - qy - (wz * dx - wx * dz)
+        vz = work[j + 5 * ROOM] - qz - (wx * dy - wy * dx)
+        rx, ry = m00 * dx + m10 * dy + m20 * dz, m01 * dx + m11 * dy + m21 * dz
+        ux, uy, uz = m00 * vx + m10 * vy + m20 * vz, m01 * vx + m11 * vy + m21 * vz, m02 * vx + m12 * vy + m22 * vz
+        squared = rx * rx + ry * ry
+        inverse = 1.0 / math.sqrt(max(squared, 1e-300))
+        nx, ny = rx * inverse, ry * inverse
+        depth = size - squared * inverse
+        pressing = max(stiffness * depth - damping * (ux * nx + uy * ny), 0.0)
+        pressing = pressing if depth > 0.0 else 0.0
+        limit = friction * pressing
+        most = limit * softness
+        slide = ux * ny - uy * nx
+        along = work[j + 8 * ROOM] + dt * uz
+        round_ = work[j + 6 * ROOM] * ny - work[j + 7 * ROOM] * nx + dt * slide
+        force_along = min(max(-stiffness * along - damping * uz, -limit), limit)
+        force_round = min(max(-stiffness * round_ - damping * slide, -limit), limit)
+        along, round_ = min(max(along, -most), most), min(max(round_, -most), most)
+        work[j + 6 * ROOM], work[j + 7 * ROOM], work[j + 8 * ROOM] = round_ * ny, -round_ * nx, along
+        bx, by, bz = pressing * nx + force_round * ny, pressing * ny - force_round * nx, force_along
+        fx, fy, fz = m00 * bx + m01 * by + m02 * bz, m10 * bx + m11 * by + m12 * bz, m20 * bx + m21 * by + m22 * bz
+        work[j + 9 * ROOM], work[j + 10 * ROOM], work[j + 11 * ROOM] = fx, fy, fz
+        sx, sy, sz = sx + fx, sy + fy, sz + fz
+        tx, ty, tz = tx + (dy * fz - dz * fy), ty + (dz * fx - dx * fz), tz + (dx * fy - dy * fx)
+        touching += 1 if depth > 0.0 else 0
+    force[0], force[1], force[2] = force[0] - sx, force[1] - sy, force[2] - sz
+    torque[0], torque[1], torque[2] = torque[0] - tx, torque[1] - ty, torque[2] - tz
+    return touching
 
 
-@kernel
+@leaf
+def kick_side(side, count, work, kick, knot_vel):
+    """Kick the ``side`` knots by one step under their forces."""
+    for j in range(count):
+        i = side[j]
+        gain = kick[i]
+        for axis in range(3):
+            knot_vel[axis, i] += gain * work[j + (9 + axis) * ROOM]
+
+
+@leaf
 def contact_forces(
     knot_pos, knot_vel, mu_pos, mu_vel, candidates, count, bristles, debris, matrix, rate, numbers, forces, touched
 ):
     """Forces of the debris on the particles that touch it.
 
-    The hot spot of a capture: one loop of scalars, because a call with arrays costs more than a contact.
+    Friction is the scaled box: in each of two tangential directions a spring and a damper, limited by mu times the
+    normal force; the spring never holds more than friction can, what is beyond has slid.
 
     Args:
         knot_pos: (3, 529) [m].
@@ -165,79 +265,85 @@ def contact_forces(
     """
     touching = 0
     knots = knot_pos.shape[1]
+    radius, half_length = numbers.debris_radius, numbers.debris_half_length
+    stiffness, softness, dt = numbers.contact_stiffness, 1.0 / numbers.contact_stiffness, numbers.time_step
+    friction = numbers.friction
+    px, py, pz, qx, qy, qz = debris[0], debris[1], debris[2], debris[3], debris[4], debris[5]
+    wx, wy, wz = rate[0], rate[1], rate[2]
+    m00, m01, m02 = matrix[0, 0], matrix[0, 1], matrix[0, 2]
+    m10, m11, m12 = matrix[1, 0], matrix[1, 1], matrix[1, 2]
+    m20, m21, m22 = matrix[2, 0], matrix[2, 1], matrix[2, 2]
     for j in range(count):
         particle = candidates[j]
         if particle < knots:
             size, damping = numbers.knot_radius, numbers.knot_contact_damping
-            x, y, z = knot_pos[0, particle], knot_pos[1, particle], knot_pos[2, particle]
-            vx, vy, vz = knot_vel[0, particle], knot_vel[1, particle], knot_vel[2, particle]
+            dx, dy, dz = knot_pos[0, particle] - px, knot_pos[1, particle] - py, knot_pos[2, particle] - pz
         else:
             m = particle - knots
             size, damping = numbers.mu_radius, numbers.mu_contact_damping
-            x, y, z = mu_pos[m, 0], mu_pos[m, 1], mu_pos[m, 2]
-            vx, vy, vz = mu_vel[m, 0], mu_vel[m, 1], mu_vel[m, 2]
-        dx, dy, dz = x - debris[0], y - debris[1], z - debris[2]
-        rx = matrix[0, 0] * dx + matrix[1, 0] * dy + matrix[2, 0] * dz
-        ry = matrix[0, 1] * dx + matrix[1, 1] * dy + matrix[2, 1] * dz
-        rz = matrix[0, 2] * dx + matrix[1, 2] * dy + matrix[2, 2] * dz
-        distance, nx, ny, nz = surface(rx, ry, rz, numbers.debris_radius, numbers.debris_half_length)
+            dx, dy, dz = mu_pos[m, 0] - px, mu_pos[m, 1] - py, mu_pos[m, 2] - pz
+        rz = m02 * dx + m12 * dy + m22 * dz
+        across = dx * dx + dy * dy + dz * dz - rz * rz
+        if across >= (radius + size) * (radius + size) or abs(rz) >= half_length + size:
+            bristles[particle, 0], bristles[particle, 1], bristles[particle, 2] = 0.0, 0.0, 0.0
+            continue
+        rx = m00 * dx + m10 * dy + m20 * dz
+        ry = m01 * dx + m11 * dy + m21 * dz
+        distance, nx, ny, nz = surface(rx, ry, rz, radius, half_length)
         depth = size - distance
         if depth <= 0.0:
             bristles[particle, 0], bristles[particle, 1], bristles[particle, 2] = 0.0, 0.0, 0.0
             continue
         # Velocity of the particle relative to the debris' material at the particle, in the debris frame. Forces act
         # on both at the same point, so that angular momentum is conserved exactly.
-        wx = vx - debris[3] - (rate[1] * dz - rate[2] * dy)
-        wy = vy - debris[4] - (rate[2] * dx - rate[0] * dz)
-        wz = vz - debris[5] - (rate[0] * dy - rate[1] * dx)
-        ux = matrix[0, 0] * wx + matrix[1, 0] * wy + matrix[2, 0] * wz
-        uy = matrix[0, 1] * wx + matrix[1, 1] * wy + matrix[2, 1] * wz
-        uz = matrix[0, 2] * wx + matrix[1, 2] * wy + matrix[2, 2] * wz
-        approach = -(ux * nx + uy * ny + uz * nz)
-        pressing = max(numbers.contact_stiffness * depth + damping * approach, 0.0)
-        # The box' directions: along the cylinder's axis and round it; on the flat ends the body's x and y.
-        if abs(nz) < 0.8:
-            ax, ay, az = -nz * nx, -nz * ny, 1.0 - nz * nz
+        if particle < knots:
+            vx, vy, vz = knot_vel[0, particle], knot_vel[1, particle], knot_vel[2, particle]
         else:
-            ax, ay, az = 1.0 - nx * nx, -nx * ny, -nx * nz
-        inverse = 1.0 / math.sqrt(ax * ax + ay * ay + az * az)
-        ax, ay, az = ax * inverse, ay * inverse, az * inverse
-        bx, by, bz = ny * az - nz * ay, nz * ax - nx * az, nx * ay - ny * ax
+            m = particle - knots
+            vx, vy, vz = mu_vel[m, 0], mu_vel[m, 1], mu_vel[m, 2]
+        vx = vx - qx - (wy * dz - wz * dy)
+        vy = vy - qy - (wz * dx - wx * dz)
+        vz = vz - qz - (wx * dy - wy * dx)
+        ux = m00 * vx + m10 * vy + m20 * vz
+        uy = m01 * vx + m11 * vy + m21 * vz
+        uz = m02 * vx + m12 * vy + m22 * vz
+        pressing = max(stiffness * depth - damping * (ux * nx + uy * ny + uz * nz), 0.0)
+        # The box' directions: along the cylinder's axis and round it; on the flat ends the body's x and y.
+        if nz == 0.0:
+            ax, ay, az, bx, by, bz = 0.0, 0.0, 1.0, ny, -nx, 0.0
+        else:
+            if abs(nz) < 0.8:
+                ax, ay, az = -nz * nx, -nz * ny, 1.0 - nz * nz
+            else:
+                ax, ay, az = 1.0 - nx * nx, -nx * ny, -nx * nz
+            inverse = 1.0 / math.sqrt(ax * ax + ay * ay + az * az)
+            ax, ay, az = ax * inverse, ay * inverse, az * inverse
+            bx, by, bz = ny * az - nz * ay, nz * ax - nx * az, nx * ay - ny * ax
         slide_1 = ux * ax + uy * ay + uz * az
         slide_2 = ux * bx + uy * by + uz * bz
-        stuck_1 = (
-            bristles[particle, 0] * ax
-            + bristles[particle, 1] * ay
-            + bristles[particle, 2] * az
-            + numbers.time_step * slide_1
-        )
-        stuck_2 = (
-            bristles[particle, 0] * bx
-            + bristles[particle, 1] * by
-            + bristles[particle, 2] * bz
-            + numbers.time_step * slide_2
-        )
-        force_1, stuck_1 = box_friction(
-            stuck_1, slide_1, pressing, numbers.friction, numbers.contact_stiffness, damping
-        )
-        force_2, stuck_2 = box_friction(
-            stuck_2, slide_2, pressing, numbers.friction, numbers.contact_stiffness, damping
-        )
+        kx, ky, kz = bristles[particle, 0], bristles[particle, 1], bristles[particle, 2]
+        stuck_1 = kx * ax + ky * ay + kz * az + dt * slide_1
+        stuck_2 = kx * bx + ky * by + kz * bz + dt * slide_2
+        limit = friction * pressing
+        most = limit * softness
+        force_1 = min(max(-stiffness * stuck_1 - damping * slide_1, -limit), limit)
+        force_2 = min(max(-stiffness * stuck_2 - damping * slide_2, -limit), limit)
+        stuck_1, stuck_2 = min(max(stuck_1, -most), most), min(max(stuck_2, -most), most)
         bristles[particle, 0] = stuck_1 * ax + stuck_2 * bx
         bristles[particle, 1] = stuck_1 * ay + stuck_2 * by
         bristles[particle, 2] = stuck_1 * az + stuck_2 * bz
         fx = pressing * nx + force_1 * ax + force_2 * bx
         fy = pressing * ny + force_1 * ay + force_2 * by
         fz = pressing * nz + force_1 * az + force_2 * bz
-        forces[touching, 0] = matrix[0, 0] * fx + matrix[0, 1] * fy + matrix[0, 2] * fz
-        forces[touching, 1] = matrix[1, 0] * fx + matrix[1, 1] * fy + matrix[1, 2] * fz
-        forces[touching, 2] = matrix[2, 0] * fx + matrix[2, 1] * fy + matrix[2, 2] * fz
+        forces[touching, 0] = m00 * fx + m01 * fy + m02 * fz
+        forces[touching, 1] = m10 * fx + m11 * fy + m12 * fz
+        forces[touching, 2] = m20 * fx + m21 * fy + m22 * fz
         touched[touching] = particle
         touching += 1
     return touching
 
 
-@kernel
+@leaf
 def react(touched, forces, count, kick, knot_pos, knot_vel, mu_pos, mu_force, debris, force, torque):
     """Apply contact forces to the particles; sum up what the debris gets back.
 
@@ -251,8 +357,8 @@ def react(touched, forces, count, kick, knot_pos, knot_vel, mu_pos, mu_force, de
         mu_pos: (M, 3) [m].
         mu_force: (M, 3) [N]; updated.
         debris: body state (13,).
-        force: output, on the debris [N], (3,).
-        torque: output, on the debris about its centre of mass [N m], (3,).
+        force: on the debris [N], (3,); added to.
+        torque: on the debris about its centre of mass [N m], (3,); added to.
     """
     knots = knot_pos.shape[1]
     sx, sy, sz, tx, ty, tz = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
@@ -272,5 +378,5 @@ def react(touched, forces, count, kick, knot_pos, knot_vel, mu_pos, mu_force, de
             dx, dy, dz = mu_pos[m, 0] - debris[0], mu_pos[m, 1] - debris[1], mu_pos[m, 2] - debris[2]
         sx, sy, sz = sx - fx, sy - fy, sz - fz
         tx, ty, tz = tx - dy * fz + dz * fy, ty - dz * fx + dx * fz, tz - dx * fy + dy * fx
-    force[0], force[1], force[2] = sx, sy, sz
-    torque[0], torque[1], torque[2] = tx, ty, tz
+    force[0], force[1], force[2] = force[0] + sx, force[1] + sy, force[2] + sz
+    torque[0], torque[1], torque[2] = torque[0] + tx, torque[1] + ty, torque[2] + tz

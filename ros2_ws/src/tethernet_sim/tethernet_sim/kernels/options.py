@@ -51,6 +51,15 @@ def kernel(function):
     return numba.njit(cache=True, fastmath=FAST, error_model="numpy", nogil=True)(function)
 
 
+def leaf(function):
+    """Compile a kernel that allocates nothing, without counting references to its arrays.
+
+    numba counts the references of every array at every call of a function that it does not inline; with some forty
+    arrays in the calls of a step that costs as much as the physics.
+    """
+    return numba.njit(cache=True, fastmath=FAST, error_model="numpy", nogil=True, _nrt=False)(function)
+
+
 def strict(function):
     """Compile with IEEE arithmetic: the same bits as the plain Python function."""
     return numba.njit(cache=True, error_model="numpy", nogil=True)(function)

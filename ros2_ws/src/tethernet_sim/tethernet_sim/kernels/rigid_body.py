@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import math
 
-from .options import kernel
+from .options import leaf
 
 
-@kernel
+@leaf
 def rotation_matrix(body, matrix):
     """Write the body-to-launch rotation of ``body`` (13,) to ``matrix`` (3, 3)."""
     x, y, z, w = body[6], body[7], body[8], body[9]
@@ -22,7 +22,7 @@ def rotation_matrix(body, matrix):
     matrix[2, 2] = 1.0 - 2.0 * (x * x + y * y)
 
 
-@kernel
+@leaf
 def angular_rate(body, matrix, across, along, rate):
     """Write the angular rate in the launch frame [rad/s] to ``rate``; inertia across and along the axis [kg m^2]."""
     axial = matrix[0, 2] * body[10] + matrix[1, 2] * body[11] + matrix[2, 2] * body[12]
@@ -31,7 +31,7 @@ def angular_rate(body, matrix, across, along, rate):
         rate[axis] = body[10 + axis] / across + spin * matrix[axis, 2]
 
 
-@kernel
+@leaf
 def kick(body, mass, force, torque, time_step):
     """Change velocity and angular momentum by one step under ``force`` [N] and ``torque`` [N m] (about the centre of
     mass).
@@ -41,7 +41,7 @@ def kick(body, mass, force, torque, time_step):
         body[10 + axis] += time_step * torque[axis]
 
 
-@kernel
+@leaf
 def drift_body(body, matrix, across, along, duration):
     """Move a body freely for ``duration`` [s]: exact for a body of revolution, for any duration.
 
@@ -68,3 +68,38 @@ def drift_body(body, matrix, across, along, duration):
         norm = 1.0 / math.sqrt(x * x + y * y + z * z + w * w)
         body[6], body[7], body[8], body[9] = x * norm, y * norm, z * norm, w * norm
         rotation_matrix(body, matrix)
+
+
+SMALL = 1e-3
+"""Turn [rad] up to which the series below are exact to the last digit or so (the first term left out is h^6/720 or
+h^5/120)."""
+
+
+@leaf
+def creep(body, matrix, across, along, duration):
+    """:func:`drift_body` for one step of the integration: the same motion without sines, roots and divisions.
+
+    Only for turns below SMALL: at 1e-4 s that is a rate of 10 rad/s.
+    """
+    for axis in range(3):
+        body[axis] += duration * body[3 + axis]
+    half = 0.5 * duration / across
+    px, py, pz = half * body[10], half * body[11], half * body[12]
+    squared = px * px + py * py + pz * pz
+    if squared == 0.0:
+        return
+    axial = matrix[0, 2] * body[10] + matrix[1, 2] * body[11] + matrix[2, 2] * body[12]
+    spin = 0.5 * duration * (1.0 / along - 1.0 / across) * axial
+    sine = 1.0 - squared * (1.0 / 6.0)
+    px, py, pz, pw = px * sine, py * sine, pz * sine, 1.0 - 0.5 * squared + squared * squared * (1.0 / 24.0)
+    x, y, z, w = body[6], body[7], body[8], body[9]
+    qx = pw * x + px * w + py * z - pz * y
+    qy = pw * y - px * z + py * w + pz * x
+    qz = pw * z + px * y - py * x + pz * w
+    qw = pw * w - px * x - py * y - pz * z
+    sz, sw = spin * (1.0 - spin * spin * (1.0 / 6.0)), 1.0 - 0.5 * spin * spin + spin**4 * (1.0 / 24.0)
+    x, y = qx * sw + qy * sz, qy * sw - qx * sz
+    z, w = qz * sw + qw * sz, qw * sw - qz * sz
+    norm = 1.5 - 0.5 * (x * x + y * y + z * z + w * w)  # one step of Newton's: it never strays far from 1
+    body[6], body[7], body[8], body[9] = x * norm, y * norm, z * norm, w * norm
+    rotation_matrix(body, matrix)

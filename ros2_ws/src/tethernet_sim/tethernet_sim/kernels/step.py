@@ -11,32 +11,50 @@ from tethernet_control.layout import KNOT_ROWS
 
 from ..model import CENTRAL_KNOT, KNOTS
 from . import contact, pairs, rigid_body, threads
-from .options import FAST, kernel
+from .listing import listed
+from .options import FAST, kernel, leaf
 
 
-@kernel
-def mu_threads(knot_pos, knot_vel, mu_pos, mu_vel, numbers, knots, lengths, mu_force):
-    """Pull of the threads between MUs and knots: kicks the knots, adds to ``mu_force``."""
+@leaf
+def mu_threads(knot_pos, knot_vel, mu_pos, mu_vel, numbers, knots, lengths, mu_force, pulls):
+    """Pull of the threads between MUs and knots: adds to ``mu_force`` (M, 3), written to ``pulls`` (M, 3) for the
+    knots [N].
+    """
     for m in range(len(knots)):
         k = knots[m]
         dx, dy, dz = mu_pos[m, 0] - knot_pos[0, k], mu_pos[m, 1] - knot_pos[1, k], mu_pos[m, 2] - knot_pos[2, k]
         squared = dx * dx + dy * dy + dz * dz
         rest = lengths[m]
+        pull = 0.0
         if squared > rest * rest:
-            length = math.sqrt(squared)
+            inverse = 1.0 / math.sqrt(squared)
             rate = (
                 (mu_vel[m, 0] - knot_vel[0, k]) * dx
                 + (mu_vel[m, 1] - knot_vel[1, k]) * dy
                 + (mu_vel[m, 2] - knot_vel[2, k]) * dz
-            )
-            tension = numbers.stiffness * (length - rest) + numbers.damping * rate / length
-            tension = max(tension, 0.0) / length
-            mu_force[m, 0] -= tension * dx
-            mu_force[m, 1] -= tension * dy
-            mu_force[m, 2] -= tension * dz
+            ) * inverse
+            tension = numbers.stiffness * (squared * inverse - rest) + numbers.damping * rate
+            pull = max(tension, 0.0) * inverse
+        pulls[m, 0], pulls[m, 1], pulls[m, 2] = pull * dx, pull * dy, pull * dz
+        for axis in range(3):
+            mu_force[m, axis] -= pulls[m, axis]
 
 
-@kernel
+@leaf
+def follow_targets(numbers, external, ahead, target_pos, target_vel, mu_pos, mu_vel, mu_force):
+    """Draw the stand-ins of external MUs after their targets, ``ahead`` [s] of the last measurement: overwrites their
+    ``mu_force``.
+    """
+    for m in range(len(external)):
+        if external[m]:
+            for axis in range(3):
+                target = target_pos[m, axis] + target_vel[m, axis] * ahead
+                mu_force[m, axis] = numbers.coupling_stiffness * (
+                    target - mu_pos[m, axis]
+                ) + numbers.coupling_damping * (target_vel[m, axis] - mu_vel[m, axis])
+
+
+@leaf
 def tether_force(knot_pos, knot_vel, chaser, matrix, rate, numbers, rest, force, torque):
     """Pull of the locked main tether on the central knot.
 
@@ -99,29 +117,35 @@ def advance_scenario(
     Returns:
         Particles in contact with the debris at the last step.
     """
-    kick, all_pairs = arrays.kick, arrays.pairs
+    kick, all_pairs, ends = arrays.kick, arrays.pairs, arrays.ends
     mu_knot, mu_thread = arrays.mu_knot, arrays.mu_thread
     dt = numbers.time_step
     mus = len(mu_knot)
-    row_flags, column_flags = np.zeros(threads.ROW_THREADS, np.uint8), np.zeros(threads.COLUMN_THREADS, np.uint8)
-    listed = threads.ROW_THREADS + threads.COLUMN_THREADS + 1
-    first, second = np.empty(listed, np.int64), np.empty(listed, np.int64)
+    flags = np.zeros(threads.FLAGS, np.uint8)
+    blocks, row_flags, column_flags = flags.view(np.uint64), flags[: threads.ROW_THREADS], flags[threads.ROW_THREADS :]
+    busy, taut_threads = np.empty(len(blocks) + 1, np.uint32), np.empty(threads.FLAGS + 1, np.uint32)
     taut_force = np.empty((3, threads.DENSE_FROM))
     row_force, column_force = np.zeros((3, KNOTS + 1)), np.zeros((3, KNOTS + KNOT_ROWS))
     mu_force = np.zeros((mus, 3))
     pulls = np.zeros((mus + 1, 3))  # on the MUs' knots, then on the central knot
     pair_forces = np.zeros((len(all_pairs), 3))
-    candidates = np.empty(KNOTS + mus, np.int64)
+    side, others = np.empty(contact.ROOM + 1, np.uint32), np.empty(KNOTS + mus, np.uint32)
+    near_flags = np.zeros(contact.ROOM, np.uint8)
+    near_blocks = near_flags.view(np.uint64)
+    work = np.empty(12 * contact.ROOM)
+    squared, along = np.empty(contact.ROOM), np.empty(contact.ROOM)
     contact_forces = np.zeros((KNOTS + mus, 3))
-    touched_by = np.empty(KNOTS + mus, np.int64)
+    touched_by = np.empty(KNOTS + mus, np.uint32)
     debris_matrix, chaser_matrix = np.zeros((3, 3)), np.zeros((3, 3))
     rate, force, torque = np.zeros(3), np.zeros(3), np.zeros(3)
+    debris_force, debris_torque = np.zeros(3), np.zeros(3)
     debris, chaser = bodies[0], bodies[1]
+    any_external = external.any()
     x, y, z = knot_pos[0], knot_pos[1], knot_pos[2]
     tether_pull = pulls[mus]
     rigid_body.rotation_matrix(debris, debris_matrix)
     rigid_body.rotation_matrix(chaser, chaser_matrix)
-    candidate_count, search_in, coasted, touching = 0, 0, 0, 0
+    side_count, others_count, search_in, coasted, touching, dense_for, taut = 0, 0, 0, 0, 0, 0, 0
 
     for step in range(steps):
         # 1. Contact search. Debris without candidates coasts; it is moved just before the next search.
@@ -132,9 +156,12 @@ def advance_scenario(
             rigid_body.angular_rate(debris, debris_matrix, numbers.debris_across, numbers.debris_along, rate)
             spin = math.sqrt(rate[0] * rate[0] + rate[1] * rate[1] + rate[2] * rate[2])
             speed = contact.fastest(knot_vel, mu_vel, debris, spin, numbers.debris_radius + numbers.debris_half_length)
-            candidate_count, search_in = contact.find_candidates(
-                knot_pos, mu_pos, debris, debris_matrix, numbers, speed, candidates
-            )
+            contact.store_bristles(bristle, side, side_count, work)
+            side_count, others_count, search_in = contact.find_candidates(
+                knot_pos, mu_pos, debris, debris_matrix, numbers, speed, side, others, squared, along, near_flags,
+                near_blocks, busy,
+            )  # fmt: skip
+            contact.fetch_bristles(bristle, side, side_count, work)
             search_in = max(search_in, 1)
         search_in -= 1
 
@@ -142,38 +169,41 @@ def advance_scenario(
         for m in range(mus):
             for axis in range(3):
                 mu_force[m, axis] = thrust[m, axis]
-                if external[m]:
-                    ahead = target_pos[m, axis] + target_vel[m, axis] * (step * dt)
-                    mu_force[m, axis] = numbers.coupling_stiffness * (
-                        ahead - mu_pos[m, axis]
-                    ) + numbers.coupling_damping * (target_vel[m, axis] - mu_vel[m, axis])
-                pulls[m, axis] = mu_force[m, axis]
-        mu_threads(knot_pos, knot_vel, mu_pos, mu_vel, numbers, mu_knot, mu_thread, mu_force)
-        for m in range(mus):
-            for axis in range(3):
-                pulls[m, axis] -= mu_force[m, axis]
+        if any_external:
+            follow_targets(numbers, external, step * dt, target_pos, target_vel, mu_pos, mu_vel, mu_force)
+        mu_threads(knot_pos, knot_vel, mu_pos, mu_vel, numbers, mu_knot, mu_thread, mu_force, pulls)
         if closing:
             rigid_body.angular_rate(chaser, chaser_matrix, numbers.chaser_inertia, numbers.chaser_inertia, rate)
             tether_force(knot_pos, knot_vel, chaser, chaser_matrix, rate, numbers, tether_length, tether_pull, torque)
             pairs.pair_forces(knot_pos, knot_vel, mu_pos, mu_vel, all_pairs, pair_length, locked, numbers, pair_forces)
-        touching = 0
-        if candidate_count:
+        near = side_count + others_count > 0
+        touching, touching_others = 0, 0
+        if near:
+            for axis in range(3):
+                debris_force[axis], debris_torque[axis] = 0.0, 0.0
             rigid_body.angular_rate(debris, debris_matrix, numbers.debris_across, numbers.debris_along, rate)
-            touching = contact.contact_forces(
-                knot_pos, knot_vel, mu_pos, mu_vel, candidates, candidate_count, bristle, debris, debris_matrix, rate,
-                numbers, contact_forces, touched_by,
-            )  # fmt: skip
+            contact.gather(knot_pos, knot_vel, debris, side, side_count, work)
+            touching = contact.side_forces(
+                work, side_count, debris, debris_matrix, rate, numbers, debris_force, debris_torque
+            )
+            if others_count:
+                touching_others = contact.contact_forces(
+                    knot_pos, knot_vel, mu_pos, mu_vel, others, others_count, bristle, debris, debris_matrix, rate,
+                    numbers, contact_forces, touched_by,
+                )  # fmt: skip
 
         # 3. Velocities. The net's threads come first, because they find their forces themselves.
-        threads.flag_taut(x, y, z, threads.ROW_THREADS, 1, numbers.mesh, row_flags)
-        threads.clear_row_ends(row_flags)
-        threads.flag_taut(x, y, z, threads.COLUMN_THREADS, KNOT_ROWS, numbers.mesh, column_flags)
-        taut = threads.collect(row_flags, threads.ROW_THREADS, 1, first, second, 0)
-        taut = threads.collect(column_flags, threads.COLUMN_THREADS, KNOT_ROWS, first, second, taut)
-        if taut <= threads.DENSE_FROM:
-            threads.apply_taut(knot_pos, knot_vel, first, second, taut, numbers, kick, taut_force)
+        if dense_for == 0:
+            threads.flag_taut(x, y, z, threads.ROW_THREADS, 1, numbers.mesh, row_flags)
+            threads.clear_row_ends(row_flags)
+            threads.flag_taut(x, y, z, threads.COLUMN_THREADS, KNOT_ROWS, numbers.mesh, column_flags)
+            taut = listed(flags, blocks, busy, taut_threads)
+            dense_for = threads.DENSE_STEPS if taut > threads.DENSE_FROM else 0
+        if dense_for == 0:
+            threads.apply_taut(knot_pos, knot_vel, taut_threads, taut, ends, numbers, kick, taut_force)
         else:
             threads.apply_all(knot_pos, knot_vel, numbers.mesh, arrays, row_force, column_force)
+            dense_for -= 1
         for m in range(mus):
             knot = mu_knot[m]
             for axis in range(3):
@@ -184,11 +214,15 @@ def advance_scenario(
                 force[axis] = -pulls[mus, axis]
             rigid_body.kick(chaser, numbers.chaser_mass, force, torque, dt)
             pairs.apply(all_pairs, pair_forces, kick, knot_vel, mu_force)
-        if touching:
-            contact.react(
-                touched_by, contact_forces, touching, kick, knot_pos, knot_vel, mu_pos, mu_force, debris, force, torque
-            )
-            rigid_body.kick(debris, numbers.debris_mass, force, torque, dt)
+        if near:
+            contact.kick_side(side, side_count, work, kick, knot_vel)
+            if touching_others:
+                contact.react(
+                    touched_by, contact_forces, touching_others, kick, knot_pos, knot_vel, mu_pos, mu_force, debris,
+                    debris_force, debris_torque,
+                )  # fmt: skip
+                touching += touching_others
+            rigid_body.kick(debris, numbers.debris_mass, debris_force, debris_torque, dt)
 
         # 4. Positions.
         threads.drift(knot_pos, knot_vel, dt)
@@ -196,14 +230,14 @@ def advance_scenario(
             for axis in range(3):
                 mu_vel[m, axis] += dt / numbers.mu_mass * mu_force[m, axis]
                 mu_pos[m, axis] += dt * mu_vel[m, axis]
-        if candidate_count:
-            rigid_body.drift_body(debris, debris_matrix, numbers.debris_across, numbers.debris_along, dt)
+        if near:
+            rigid_body.creep(debris, debris_matrix, numbers.debris_across, numbers.debris_along, dt)
         else:
             coasted += 1
         if closing:
-            rigid_body.drift_body(chaser, chaser_matrix, numbers.chaser_inertia, numbers.chaser_inertia, dt)
-            pairs.reel_in(knot_pos, mu_pos, all_pairs, pair_length, locked, numbers)
+            rigid_body.creep(chaser, chaser_matrix, numbers.chaser_inertia, numbers.chaser_inertia, dt)
 
+    contact.store_bristles(bristle, side, side_count, work)
     if coasted:
         rigid_body.drift_body(debris, debris_matrix, numbers.debris_across, numbers.debris_along, coasted * dt)
     if not closing:

@@ -13,17 +13,23 @@ import math
 from tethernet_control.layout import KNOT_ROWS
 
 from ..model import KNOTS
-from .options import kernel
+from .options import leaf
 
 ROW_THREADS = KNOTS - 1
 """Threads along rows, numbered by their first knot; the entries where a row ends have no thread."""
 COLUMN_THREADS = KNOTS - KNOT_ROWS
 """Threads along columns, numbered by their first knot."""
-DENSE_FROM = 160
+THREADS = ROW_THREADS + COLUMN_THREADS
+"""Rows first, then columns."""
+FLAGS = 8 * ((THREADS + 7) // 8)
+"""Flags of all threads, padded so that eight can be looked at in one."""
+DENSE_FROM = 224
 """Taut threads from which evaluating all of them, vectorised, is faster (measured)."""
+DENSE_STEPS = 10
+"""Steps for which all are evaluated before they are counted again."""
 
 
-@kernel
+@leaf
 def flag_taut(x, y, z, count, stride, mesh, flags):
     """Set ``flags[i]`` where knots i and i + stride are farther apart than the rest length."""
     squared_mesh = mesh * mesh
@@ -34,55 +40,42 @@ def flag_taut(x, y, z, count, stride, mesh, flags):
         flags[i] = dx * dx + dy * dy + dz * dz > squared_mesh
 
 
-@kernel
+@leaf
 def clear_row_ends(flags):
     """Remove the flags between the last knot of a row and the first of the next: no thread is there."""
     for row in range(1, KNOT_ROWS):
         flags[row * KNOT_ROWS - 1] = 0
 
 
-@kernel
-def collect(flags, threads, stride, first, second, count):
-    """List the flagged threads by their end knots, from entry ``count`` on. Return how many are listed.
-
-    Without branches: which threads are taut changes so often that a processor guesses wrong (three times slower).
-    """
-    for i in range(threads):
-        first[count] = i
-        second[count] = i + stride
-        count += flags[i]
-    return count
-
-
-@kernel
-def apply_taut(pos, vel, first, second, count, numbers, kick, force):
+@leaf
+def apply_taut(pos, vel, taut, count, ends, numbers, kick, force):
     """Change the knots' velocities by one step under the listed taut threads.
 
-    All forces are found before any velocity changes.
+    All forces are found before any velocity changes. ``ends`` (2, THREADS) are the knots of each thread.
     """
     for j in range(count):
-        a, b = first[j], second[j]
+        a, b = ends[0, taut[j]], ends[1, taut[j]]
         dx = pos[0, b] - pos[0, a]
         dy = pos[1, b] - pos[1, a]
         dz = pos[2, b] - pos[2, a]
-        length = math.sqrt(dx * dx + dy * dy + dz * dz)
-        inverse = 1.0 / length
+        squared = dx * dx + dy * dy + dz * dz
+        inverse = 1.0 / math.sqrt(squared)
         stretching = (
             (vel[0, b] - vel[0, a]) * dx + (vel[1, b] - vel[1, a]) * dy + (vel[2, b] - vel[2, a]) * dz
         ) * inverse
-        tension = numbers.stiffness * (length - numbers.mesh) + numbers.damping * stretching
+        tension = numbers.stiffness * (squared * inverse - numbers.mesh) + numbers.damping * stretching
         tension = max(tension, 0.0) * inverse
         force[0, j] = tension * dx
         force[1, j] = tension * dy
         force[2, j] = tension * dz
     for j in range(count):
-        a, b = first[j], second[j]
+        a, b = ends[0, taut[j]], ends[1, taut[j]]
         for axis in range(3):
             vel[axis, a] += kick[a] * force[axis, j]
             vel[axis, b] -= kick[b] * force[axis, j]
 
 
-@kernel
+@leaf
 def all_tensions(x, y, z, vx, vy, vz, count, stride, stiffness, damping, mesh, fx, fy, fz):
     """Force of each thread on its first knot, 0 where it is slack; vectorises."""
     for i in range(count):
@@ -102,7 +95,7 @@ def all_tensions(x, y, z, vx, vy, vz, count, stride, stiffness, damping, mesh, f
         fz[i] = tension * dz
 
 
-@kernel
+@leaf
 def apply_all(pos, vel, mesh, arrays, row_force, column_force):
     """Change the knots' velocities by one step under all threads.
 
@@ -127,7 +120,7 @@ def apply_all(pos, vel, mesh, arrays, row_force, column_force):
             speed[i] += kick[i] * total
 
 
-@kernel
+@leaf
 def drift(pos, vel, time_step):
     """Move the knots with their new velocities."""
     for axis in range(3):
