@@ -2,6 +2,7 @@
 #
 #   make setup          the environment a mission needs
 #   make test           all tests but the slow ones      PYTEST_ARGS="tests/unit -k winch" runs some
+#                                                      TEST_WITH="test learning": those that train too (torch)
 #   make test-all       the slow ones too
 #   make lint           linter and formatter, check only; `make format` puts right what they can
 #   make bench          all benchmarks                   BENCH=engine runs one, BENCH_ARGS=--smoke a short run
@@ -12,6 +13,7 @@ PYTHON ?= python3
 BENCH ?= engine mission graph
 BENCH_ARGS ?=
 PYTEST_ARGS ?=
+TEST_WITH ?= test
 
 SETUP = $(PYTHON) -m bootstrap
 
@@ -21,10 +23,10 @@ setup:
 	$(SETUP) mission
 
 test:
-	$(SETUP) test -- -m pytest $(PYTEST_ARGS)
+	$(SETUP) $(TEST_WITH) -- -m pytest $(PYTEST_ARGS)
 
 test-all:
-	$(SETUP) test -- -m pytest -m "" $(PYTEST_ARGS)
+	$(SETUP) $(TEST_WITH) -- -m pytest -m "" $(PYTEST_ARGS)
 
 lint:
 	$(SETUP) lint -- -m ruff check .

@@ -19,13 +19,15 @@ HEAD = """\
 # Every package of the environment with its version, the indirect ones too: what was tested together.
 # Written by `make lock`; run that after a change of the other files here, then the tests.
 """
-ASKED_FOR = ("run", "build", "test", "bench")
+ASKED_FOR = ("run", "build", "test", "bench", "learning")
 
+# A "+cpu" at the end of a version tells who built it, and no package index has it.
 # The ROS wheels carry further metadata folders, one for each message package: without INSTALLER, no packages of pip.
 LIST = """
 import importlib.metadata, re
 found = importlib.metadata.distributions()
-pins = {re.sub(r"[-_.]+", "-", d.metadata["Name"]).lower(): d.version for d in found if d.read_text("INSTALLER")}
+found = [(d.metadata["Name"], d.version) for d in found if d.read_text("INSTALLER")]
+pins = {re.sub(r"[-_.]+", "-", name).lower(): version.partition("+")[0] for name, version in found}
 print("\\n".join(f"{name}=={pins[name]}" for name in sorted(pins)))
 """
 

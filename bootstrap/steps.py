@@ -235,6 +235,9 @@ TEST = Step("test", "Installing test tools and linter", _installed("test"), _ins
 BENCH = Step(
     "bench", "Installing what the benchmarks compare with", _installed("bench"), _install("bench"), installs=True
 )
+LEARNING = Step(
+    "learning", "Installing what training needs", _installed("learning"), _install("learning"), installs=True
+)
 SOURCES = Step("sources", "Installing the project's own packages, in place", _sources_fingerprint, _install_sources)
 MESSAGES = Step(
     "messages",
@@ -254,6 +257,7 @@ PROFILES: dict[str, tuple[Step, ...]] = {
     "lint": (VENV, PACKAGES, TEST),
     "test": (*MISSION, TEST, BENCH),
     "bench": (*MISSION, BENCH),
+    "learning": (*MISSION, LEARNING),
 }
 """What each use of the environment needs. The tests compare with what the benchmarks compare with, too."""
 
@@ -264,5 +268,6 @@ ROS_PROFILES: dict[str, tuple[Step, ...]] = {
     "lint": (VENV, TEST),
     "test": (*ROS_MISSION, TEST, BENCH),
     "bench": (*ROS_MISSION, BENCH),
+    "learning": (*ROS_MISSION, LEARNING),
 }
 """The same on top of a machine's own ROS 2, where colcon has built messages and packages."""

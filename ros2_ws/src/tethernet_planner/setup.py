@@ -16,7 +16,7 @@ setup(
         ("share/" + NAME, ["package.xml"]),
     ],
     python_requires=">=3.11",
-    install_requires=["matplotlib", "numpy", "scipy", "tethernet_sim"],
+    install_requires=["matplotlib", "numpy", "safetensors", "scipy", "tethernet_sim"],
     zip_safe=False,
     entry_points={
         "console_scripts": [
