@@ -31,7 +31,7 @@ def write(path: Path, kind: str, arrays: dict[str, np.ndarray], about: dict) -> 
         arrays: numbers by name, stored as float32 or their own whole-number type.
         about: facts that JSON can hold; among them ``mus``.
     """
-    from safetensors.numpy import save_file
+    from safetensors.numpy import save
 
     head = {**about, "kind": kind, "version": VERSION}
     plain = {
@@ -39,7 +39,7 @@ def write(path: Path, kind: str, arrays: dict[str, np.ndarray], about: dict) -> 
         for name, array in arrays.items()
     }
     partial = path.with_suffix(".partial")
-    save_file(plain, partial, metadata={_KEY: json.dumps(head, sort_keys=True)})
+    partial.write_bytes(save(plain, metadata={_KEY: json.dumps(head, sort_keys=True)}))
     partial.replace(path)
 
 

@@ -6,8 +6,9 @@ import numpy as np
 
 from .task import OFFSET_LIMIT_M, on_grid
 
-_SHARE_COMMON = 0.65
-"""Scenarios in which all MUs aim beside the debris together: what makes captures fail most."""
+_SHARE_COMMON = {4: 0.35, 8: 0.65}
+"""Scenarios in which all MUs aim beside the debris together: what makes captures with 8 MUs fail most. With 4 MUs it is
+a mouth out of shape, past which the debris slips."""
 
 _COMMON_M = 3.0
 """Largest common offset [m]: the net's centre of mass must come within 2.5 m of the debris', or closing never begins
@@ -20,8 +21,9 @@ _OWN_M = 3.5
 def random_offsets(random: np.random.Generator, mus: int) -> np.ndarray:
     """Offsets of the aiming points.
 
-    In 65 % of all scenarios an offset common to all MUs, up to 3 m in any direction, and one of each MU's own; in the
-    others only one of each MU's own. How far the MUs' own ones go is drawn for each scenario, up to 3.5 m or 5 m.
+    In 35 % (4 MUs) or 65 % (8) of all scenarios an offset common to all MUs, up to 3 m in any direction, and one of
+    each MU's own; in the others only one of each MU's own. How far the MUs' own ones go is drawn for each scenario, up to
+    3.5 m or, more often far than near, 5 m.
 
     Args:
         random: source of randomness.
@@ -30,10 +32,9 @@ def random_offsets(random: np.random.Generator, mus: int) -> np.ndarray:
     Returns:
         On the grid, within 5 m [m], shape (M, 2).
     """
-    common, largest = np.zeros(2), OFFSET_LIMIT_M
-    if random.random() < _SHARE_COMMON:
-        angle, largest = random.uniform(0.0, 2.0 * np.pi), _OWN_M
+    common, spread = np.zeros(2), OFFSET_LIMIT_M * np.cbrt(random.random())
+    if random.random() < _SHARE_COMMON[mus]:
+        angle, spread = random.uniform(0.0, 2.0 * np.pi), random.uniform(0.0, _OWN_M)
         common = random.uniform(0.0, _COMMON_M) * np.array([np.cos(angle), np.sin(angle)])
-    spread = random.uniform(0.0, largest)
     own = random.uniform(-spread, spread, (mus, 2))
     return on_grid(np.clip(common + own, -OFFSET_LIMIT_M, OFFSET_LIMIT_M))

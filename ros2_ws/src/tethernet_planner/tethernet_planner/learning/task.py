@@ -29,7 +29,7 @@ see :mod:`.symmetry`."""
 
 def on_grid(values) -> np.ndarray:
     """Values [m] rounded to the grid, any shape."""
-    return np.round(np.round(np.asarray(values, float) / STEP_M) * STEP_M, 6)
+    return np.round(np.round(np.asarray(values, float) / STEP_M) * STEP_M, 6) + 0.0  # no negative zeros
 
 
 def inside(debris_position) -> bool:

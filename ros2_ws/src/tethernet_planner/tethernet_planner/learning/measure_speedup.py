@@ -1,0 +1,62 @@
+"""Measure what a surrogate saves in an episode (``python -m tethernet_planner.learning.measure_speedup``)."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+import time
+from collections.abc import Sequence
+from pathlib import Path
+
+from tethernet_sim.fly import Settings
+
+from . import run_folder, sources, task
+from .model_file import ModelFileError
+from .seeds import Purpose
+from .surrogate_file import Surrogate
+
+
+def measure(surrogate: Surrogate, count: int, settings: Settings) -> dict:
+    """Wall time of the same episodes, nominal aiming points, in full and through the surrogate, one batch each."""
+    scenarios = task.random_scenarios(surrogate.mus, Purpose.POLICY_TRAINING, 0, 0, count)
+    flown = {
+        sources.FULL: sources.FullSimulation(settings),
+        sources.SURROGATE: sources.SurrogateCapture(settings, surrogate),
+    }
+    seconds = {}
+    for name, source in flown.items():
+        source.fly(scenarios[:1])  # compiles and loads
+        began = time.perf_counter()
+        source.fly(scenarios)
+        seconds[name] = (time.perf_counter() - began) / count
+    ratio = seconds[sources.FULL] / seconds[sources.SURROGATE]
+    return {"mus": surrogate.mus, "episodes": count, "seconds_per_episode": seconds, "speedup": ratio}
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Measure and print. Returns 0; 2 for a wrong file."""
+    parser = argparse.ArgumentParser(
+        prog="python -m tethernet_planner.learning.measure_speedup",
+        description="Measure the wall time of an episode in full and through a surrogate.",
+    )
+    parser.add_argument("--surrogate", type=Path, required=True, metavar="FILE")
+    parser.add_argument("--episodes", type=int, default=32, metavar="N")
+    parser.add_argument("--output", type=Path, metavar="FILE.json")
+    options = parser.parse_args(argv)
+    if options.episodes < 1:
+        parser.error(f"--episodes {options.episodes}: allowed: 1 or more")
+    try:
+        surrogate = Surrogate.load(options.surrogate)
+    except ModelFileError as error:
+        print(f"error: {error}", file=sys.stderr)
+        return 2
+    text = json.dumps(measure(surrogate, options.episodes, Settings.load()), indent=2)
+    if options.output:
+        run_folder.write_text(options.output, text + "\n")
+    print(text)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
