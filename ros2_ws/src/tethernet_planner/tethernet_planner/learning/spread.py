@@ -22,8 +22,8 @@ def random_offsets(random: np.random.Generator, mus: int) -> np.ndarray:
     """Offsets of the aiming points.
 
     In 35 % (4 MUs) or 65 % (8) of all scenarios an offset common to all MUs, up to 3 m in any direction, and one of
-    each MU's own; in the others only one of each MU's own. How far the MUs' own ones go is drawn for each scenario, up to
-    3.5 m or, more often far than near, 5 m.
+    each MU's own; in the others only one of each MU's own. How far the MUs' own ones go is drawn for each scenario, up
+    to 3.5 m or, more often far than near, 5 m.
 
     Args:
         random: source of randomness.
