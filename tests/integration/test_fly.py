@@ -7,12 +7,14 @@ import dataclasses
 import numpy as np
 import pytest
 
+from tethernet_control.closing import off_course, sight
 from tethernet_control.controller import MuController
 from tethernet_control.mission import Mission, advance, arm, launch
 from tethernet_sim.fly import Settings, fly, fly_many
 from tethernet_sim.scenario import Scenario
 from tethernet_sim.sensors import OdometryNoise
 from tethernet_sim.settings import ScenarioParameters
+from tethernet_sim.state import DEBRIS
 
 OFF_CENTRE = (8.9, 6.2, -44.0)
 """The example scenario of the paper's figure 5 [m]."""
@@ -80,9 +82,15 @@ def test_the_controllers_class_gives_the_same_bits_as_the_compiled_batch():
             position = (world.state.mu_pos[0, m] + drawn[m, 0]).tolist()
             velocity = (world.state.mu_vel[0, m] + drawn[m, 1]).tolist()
             controller.on_odometry(stamp_ns, position, velocity)
+
+        def look():
+            mus = world.mus_as_published(0)
+            lost = off_course(mus, scenario.aiming_points(), settings.mission)
+            return sight(mus, world.mu_velocities_as_published(0), *world.body_motion(0, DEBRIS), lost)
+
         mission = advance(
             mission, stamp_ns, world.net_center(0), world.debris_position(0), settings.mission, settings.control,
-            world.state.locked[0],
+            world.state.locked[0], look,
         )  # fmt: skip
         for controller in controllers:
             controller.take_mission(mission)

@@ -196,12 +196,30 @@ def test_a_docked_unit_switches_off():
     closed = closing(mission, 480)
     made.take_mission(closed)
     assert fly(made, [481, 482]) != STILL
-    # Pairs round the mouth: (1 5) (5 2) (2 6) (6 4) (4 8) (8 3) (3 7) (7 1)
-    one_side = advance(closed, 483 * PERIOD, DEBRIS, DEBRIS, RELEASING, CONTROL, [0, 0, 0, 1, 0, 0, 0, 0])
-    assert one_side is closed, "no unit has docked with both its neighbours"
-    both = advance(closed, 483 * PERIOD, DEBRIS, DEBRIS, RELEASING, CONTROL, [0, 0, 0, 1, 1, 0, 0, 0])
-    assert both.docked_ns == (0, 0, 0, 484 * PERIOD, 0, 0, 0, 0)
-    made.take_mission(both)
+    almost = advance(closed, 483 * PERIOD, DEBRIS, DEBRIS, RELEASING, CONTROL, [1, 1, 1, 0, 1, 1, 1, 1])
+    assert almost is closed, "the bunch has not docked as a whole"
+    done = advance(closed, 483 * PERIOD, DEBRIS, DEBRIS, RELEASING, CONTROL, [1] * 8)
+    assert done.docked_ns == (484 * PERIOD,) * 8
+    made.take_mission(done)
     assert fly(made, [483]) != STILL, "it takes effect at the next tick, whoever hears of it when"
     assert fly(made, [484]) == STILL
     assert made.mode == Mode.OFF
+
+
+def test_new_closing_points_hold_from_their_time_on():
+    mission = launched()
+    made, other = controller(mission), controller(mission)
+    closed = closing(mission, 480)
+    moved = dataclasses.replace(
+        closed, sequence=closed.sequence + 1, closing_points=((-50.0, 0.0, -50.0),) * 8, points_ns=600 * PERIOD
+    )
+    for one in (made, other):
+        fly(one, range(481))
+        one.take_mission(closed)
+        fly(one, range(481, 590))
+    made.take_mission(moved)
+    assert fly(made, range(590, 600)) == fly(other, range(590, 600))
+    assert made.desired == other.desired
+    for one in (made, other):
+        fly(one, [600])
+    assert made.desired[0] < other.desired[0] - 10.0

@@ -2,8 +2,12 @@
 
 import math
 
+import numpy as np
 import pytest
 
+from tethernet_control import closing
+from tethernet_control.closing import sight
+from tethernet_control.layout import design
 from tethernet_control.mission import (
     Mission,
     Phase,
@@ -11,11 +15,11 @@ from tethernet_control.mission import (
     advance,
     arm,
     check_debris_position,
-    closing_points,
     docked_mus,
     launch,
     triggered,
 )
+from tethernet_control.parameters import load
 from tethernet_control.settings import ControlParameters, MissionParameters, paper
 
 CONTROL, RULES = paper(ControlParameters), paper(MissionParameters)
@@ -64,7 +68,6 @@ def test_a_trigger_takes_effect_at_the_next_tick():
 
 def test_winches_need_no_closing_points():
     assert step(launched(4), 480, NEAR).closing_points == ()
-    assert closing_points(4, DEBRIS, RULES) == ()
 
 
 def test_gives_up_in_the_end():
@@ -105,11 +108,64 @@ def test_positions_out_of_bounds_are_named_with_what_is_allowed(position, named)
     assert named in str(error.value)
 
 
-def test_docked_with_both_neighbours():
-    locked = [False] * 8
-    assert docked_mus(8, locked) == (False,) * 8
-    locked[0] = locked[1] = True  # (1 5) and (5 2)
-    assert docked_mus(8, locked) == (False, False, False, False, True, False, False, False)
-    assert docked_mus(8, [True] * 8) == (True,) * 8
-    assert docked_mus(4, [True] * 12) == (False,) * 4, "winches close the net of 4 MUs"
-    assert docked_mus(8, []) == (False,) * 8, "nobody knows"
+def test_a_bunch_is_done_when_all_its_neighbours_have_docked():
+    # Pairs round the mouth: (1 5) (5 2) (2 6) (6 4) (4 8) (8 3) (3 7) (7 1)
+    here, there = (0.0, 0.0, -53.0), (1.0, 0.0, -53.0)
+    together = (here,) * 8
+    assert docked_mus(8, [True] * 7 + [False], together) == (False,) * 8
+    assert docked_mus(8, [True] * 8, together) == (True,) * 8
+    halves = (here, here, there, there, here, here, there, there)  # 1 5 2 6 and 4 8 3 7
+    assert docked_mus(8, [1, 1, 1, 0, 1, 1, 0, 0], halves) == (True, True, False, False, True, True, False, False)
+    assert docked_mus(8, [1, 1, 1, 0, 1, 1, 1, 0], halves) == (True,) * 8
+    left_out = (here, (9.0, 9.0, -50.0), *(here,) * 6)
+    without_2 = docked_mus(8, [1, 0, 0, 1, 1, 1, 1, 1], left_out)
+    assert without_2 == (True, False, *(True,) * 6), "nobody waits for MU 2"
+    assert docked_mus(8, [], together) == (False,) * 8, "nobody knows"
+    assert docked_mus(4, [True] * 12, ()) == (False,) * 4, "winches close the net of 4 MUs"
+
+
+PLANNED = load(MissionParameters)
+ALL_BUT_ONE = [True] * 3 + [False] + [True] * 4
+
+
+def seen(positions, **more):
+    positions = np.array(positions, float)
+    return sight(positions, np.zeros((8, 3)), DEBRIS, (0.0, 0.0, 0.0, 1.0), (0.0,) * 3, (0.0,) * 3, **more)
+
+
+def closing_since(tick=481):
+    mission = advance(launched(), (tick - 1) * PERIOD, NEAR, DEBRIS, PLANNED, CONTROL)
+    assert mission.closing_points == ((1.0, -2.0, -56.0),) * 8, "nothing known of the attitude: the fixed place"
+    return mission
+
+
+def test_the_plan_is_made_from_what_is_seen_at_the_trigger():
+    mouth = [(x, y, -50.0) for x, y in design(8).nominal_offsets]
+    planned = advance(launched(), 480 * PERIOD, NEAR, DEBRIS, PLANNED, CONTROL, look=lambda: seen(mouth))
+    plan = closing.plan(seen(mouth), PLANNED)
+    assert (planned.closing_points, planned.closing_duration_s) == (plan.points, plan.duration_s)
+    assert planned.points_ns == planned.closing_ns == 481 * PERIOD
+    printed = advance(launched(), 480 * PERIOD, NEAR, DEBRIS, RULES, CONTROL, look=lambda: seen(mouth))
+    assert printed.closing_points == ((1.0, -2.0, -53.5),) * 8, "the paper's control has one fixed place"
+
+
+def test_who_has_not_docked_in_time_flies_to_the_last():
+    mission = closing_since()
+    near = np.array([(1.0, -2.0, -56.0)] * 8)
+    near[3] += (1.5, 0.0, 0.0)
+    due = 481 + round(PLANNED.closing_duration_s / CONTROL.control_period_s)
+
+    def at(tick, locked=ALL_BUT_ONE, mission=mission, look=lambda: seen(near)):
+        return advance(mission, tick * PERIOD, NEAR, DEBRIS, PLANNED, CONTROL, locked, look)
+
+    assert at(due - 1) is mission
+    assert at(due, [True] * 8).closing_points == mission.closing_points, "all have docked"
+    assert at(due, look=None) is mission, "nobody knows where they are"
+    rallied = at(due)
+    assert rallied.closing_points == ((2.5, -2.0, -56.0),) * 8
+    assert rallied.points_ns == (due + 1) * PERIOD, "it holds from the next tick on, whoever hears of it when"
+    near[3] += (0.1, 0.0, 0.0)
+    pause = round(PLANNED.rally_period_s / CONTROL.control_period_s)
+    assert at(due + pause, mission=rallied) is rallied
+    assert at(due + 1 + pause, mission=rallied).closing_points == ((2.6, -2.0, -56.0),) * 8
+    assert advance(mission, due * PERIOD, NEAR, DEBRIS, RULES, CONTROL, ALL_BUT_ONE, lambda: seen(near)) is mission

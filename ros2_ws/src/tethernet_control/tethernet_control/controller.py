@@ -65,6 +65,7 @@ class MuController:
         self.desired = [math.nan] * 3
         self.stamp_ns: int | None = None
         self._start: list[float] | None = None
+        self._close_before: tuple = ()
         self._law = parameters.law()
         self._state = [0.0] * 9
         self._covariance = [0.0] * 6
@@ -81,6 +82,8 @@ class MuController:
         """
         if mission.sequence <= self.mission.sequence and self.mission.sequence:
             return False
+        if self.mission.closing_points:
+            self._close_before = self.mission.closing_points
         self.mission = mission
         if mission.phase.over:
             self.mode = Mode.OFF
@@ -177,7 +180,10 @@ class MuController:
             self.mode = Mode.OFF
             return
         self.mode = Mode.CLOSING if closing_elapsed >= 0.0 else Mode.DEPLOYING
-        close = mission.closing_points[self.mu - 1] if mission.closing_points else self.aiming_point
+        points = mission.closing_points
+        if self._close_before and stamp_ns < mission.points_ns:
+            points = self._close_before  # news of the planner hold from the next tick on
+        close = points[self.mu - 1] if points else self.aiming_point
         if law.command(
             self._law, seconds_between(mission.launch_ns, stamp_ns), closing_elapsed,
             mission.closing_duration_s if mission.closing else 1.0, period, position, velocity,

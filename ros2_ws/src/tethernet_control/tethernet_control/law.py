@@ -152,6 +152,14 @@ def intercept_thrust(p, position, velocity, target, time_to_go, thrust):
         thrust[axis] *= gain
 
 
+def hold_thrust(p, position, velocity, target, thrust):
+    """Closing, when the MUs should have met: the PID's proportional and derivative parts hold the MU at ``target``
+    against the net's pull; written to ``thrust`` [N].
+    """
+    for axis in range(3):
+        thrust[axis] = p.kp * (target[axis] - position[axis]) - p.kd * velocity[axis]
+
+
 def fire(p, period, carry, thrust):
     """What the thrusters do of a wanted thrust: minimum impulse bit, limit. ``thrust`` is changed in place.
 
@@ -220,6 +228,8 @@ def command(
         pid_thrust(p, at, moving, desired, speed, integral, period, thrust)
     elif closing_elapsed < p.closing_coast:
         thrust[0] = thrust[1] = thrust[2] = 0.0
+    elif closing_elapsed > closing_duration:
+        hold_thrust(p, at, moving, close, thrust)
     else:
         intercept_thrust(p, at, moving, close, closing_duration - closing_elapsed, thrust)
     return fire(p, period, carry, thrust)
@@ -247,7 +257,7 @@ def distance(first, second):
 
 
 CALLED = (
-    reference, pid_thrust, intercept_thrust, fire, fuel_used, distance, estimator.predict, estimator.update,
-    estimator.begin,
+    reference, pid_thrust, intercept_thrust, hold_thrust, fire, fuel_used, distance, estimator.predict,
+    estimator.update, estimator.begin,
 )  # fmt: skip
 """Functions that others here call: what compiles one of those must know these too."""

@@ -7,8 +7,11 @@ from __future__ import annotations
 import dataclasses
 import enum
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 
+from . import closing
+from .closing import Sight
 from .layout import design
 from .settings import NANOSECOND_S, ControlParameters, MissionParameters
 
@@ -51,11 +54,13 @@ class Mission:
     debris_position: Point = (math.nan, math.nan, math.nan)
     """Debris' centre of mass at launch [m]."""
     closing_points: tuple[Point, ...] = ()
-    """One per MU [m]; empty where winches close the net."""
+    """One per MU [m]; those who shall dock share one; empty where winches close the net."""
+    points_ns: int = 0
+    """From when on the closing points hold [ns]: the ones before hold until then."""
     closing_duration_s: float = 0.0
     """Duration of the flight to the closing points [s]."""
     docked_ns: tuple[int, ...] = ()
-    """Per MU: docked with both neighbours, thrusters off from this time on [ns]; 0: not yet. Empty until one is."""
+    """Per MU: its whole bunch has docked, thrusters off from this time on [ns]; 0: not yet. Empty until one is."""
     reason: str = ""
     """Why missed or aborted."""
 
@@ -92,23 +97,6 @@ def abort(mission: Mission, reason: str) -> Mission:
     return mission if mission.phase.over else mission._next(Phase.ABORTED, reason=reason)
 
 
-def closing_points(mu_count: int, debris_position, rules: MissionParameters) -> tuple[Point, ...]:
-    """Where the MUs fly to close the mouth: one place behind the debris, seen from the chaser.
-
-    Args:
-        mu_count: 4 or 8.
-        debris_position: the debris' centre of mass at the trigger [m].
-        rules: gives the depth.
-
-    Returns:
-        One point [m] per MU, or none where winches close the net.
-    """
-    if not design(mu_count).closes_by_docking:
-        return ()
-    x, y, z = _point(debris_position)
-    return ((x, y, z - rules.closing_depth_m),) * mu_count
-
-
 def triggered(net_position, debris_position, rules: MissionParameters) -> bool:
     """The paper's start-of-closing condition.
 
@@ -125,22 +113,25 @@ def triggered(net_position, debris_position, rules: MissionParameters) -> bool:
     return squared <= rules.trigger_distance_m * rules.trigger_distance_m
 
 
-def docked_mus(mu_count: int, locked) -> tuple[bool, ...]:
-    """Which MUs have docked with both their neighbours.
+def docked_mus(mu_count: int, locked, closing_points) -> tuple[bool, ...]:
+    """Which MUs are done: all neighbours who share their closing point have docked. A bunch is released as a whole: who
+    let go earlier would be dragged away by the net, and the last would not find it.
 
     Args:
         mu_count: 4 or 8.
         locked: one for each pair of neighbours, in their order round the mouth (layout.MuDesign.closing_ring).
+        closing_points: one per MU.
 
     Returns:
         One per MU; all False where winches close the net.
     """
-    ring = design(mu_count).closing_ring
-    docked = [False] * mu_count
-    if len(locked) == len(ring):
-        for place, mu in enumerate(ring):
-            docked[mu - 1] = bool(locked[place]) and bool(locked[place - 1])
-    return tuple(docked)
+    done = [False] * mu_count
+    if closing_points and len(locked) == mu_count:
+        for bunch in closing.bunches(closing_points):
+            if closing.docked_bunch(bunch, locked):
+                for mu in bunch:
+                    done[mu - 1] = True
+    return tuple(done)
 
 
 def advance(
@@ -151,6 +142,7 @@ def advance(
     rules: MissionParameters,
     control: ControlParameters,
     locked=(),
+    look: Callable[[], Sight | None] | None = None,
 ) -> Mission:
     """The mission after what was measured at ``stamp_ns``; the same object when nothing changes.
 
@@ -165,16 +157,20 @@ def advance(
         rules: the mission's rules.
         control: gives the control period.
         locked: which closing pairs are locked; empty where nobody knows.
+        look: tells where the 8 MUs are and how the debris lies, None where that is not known; asked only when it
+            matters.
     """
     if mission.phase == Phase.DEPLOYING:
         if triggered(net_position, debris_position, rules):
             closing_ns = stamp_ns + control.period_ns
+            points, duration_s = _closing_plan(mission.mu_count, debris_position, rules, look)
             return mission._next(
                 Phase.CLOSING,
                 closing_ns=closing_ns,
                 end_ns=closing_ns + round(rules.capture_duration_s / NANOSECOND_S),
-                closing_points=closing_points(mission.mu_count, debris_position, rules),
-                closing_duration_s=rules.closing_duration_s,
+                closing_points=points,
+                points_ns=closing_ns,
+                closing_duration_s=duration_s,
             )
         if seconds_between(mission.launch_ns, stamp_ns) >= rules.give_up_s:
             return mission._next(
@@ -191,11 +187,42 @@ def advance(
             from_now = stamp_ns + control.period_ns
             docked_ns = tuple(
                 since or (from_now if docked else 0)
-                for since, docked in zip(known, docked_mus(mission.mu_count, locked), strict=True)
+                for since, docked in zip(
+                    known, docked_mus(mission.mu_count, locked, mission.closing_points), strict=True
+                )
             )
             if docked_ns != known:
                 return mission._next(Phase.CLOSING, docked_ns=docked_ns)
+        return _rallied(mission, stamp_ns, rules, control, locked, look)
     return mission
+
+
+def _closing_plan(
+    mu_count: int, debris_position, rules: MissionParameters, look: Callable[[], Sight | None] | None
+) -> tuple[tuple[Point, ...], float]:
+    """Closing points [m] and the time to get there [s]; no points where winches close the net."""
+    if not design(mu_count).closes_by_docking:
+        return (), rules.closing_duration_s
+    seen = look() if look is not None and rules.closing_plan == "planned" else None
+    if seen is not None:
+        plan = closing.plan(seen, rules)
+        return plan.points, plan.duration_s
+    x, y, z = _point(debris_position)
+    return ((x, y, z - rules.closing_depth_m),) * mu_count, rules.closing_duration_s
+
+
+def _rallied(mission, stamp_ns, rules, control, locked, look) -> Mission:
+    """The mission with new closing points where a bunch has not docked in time, else the same object."""
+    planned_ns = mission.closing_ns + round(mission.closing_duration_s / NANOSECOND_S)
+    period_ns = round(rules.rally_period_s / NANOSECOND_S)
+    due = period_ns > 0 and stamp_ns >= planned_ns and stamp_ns - mission.points_ns >= period_ns
+    if not due or look is None or not mission.closing_points or len(locked) != mission.mu_count:
+        return mission
+    seen = look()
+    points = None if seen is None else closing.rally(mission.closing_points, seen.mu_positions, locked, rules)
+    if points is None:
+        return mission
+    return mission._next(Phase.CLOSING, closing_points=points, points_ns=stamp_ns + control.period_ns)
 
 
 def check_debris_position(position, rules: MissionParameters) -> Point:

@@ -143,13 +143,58 @@ class MissionParameters:
         "Missed when the trigger has not come so long after launch", unit="s", low=1.0, high=1000.0
     )
     capture_duration_s: float = parameter("From the start of closing to the verdict", unit="s", low=1.0, high=1000.0)
+    closing_plan: str = parameter(
+        "8 MUs: planned: where the MUs meet is chosen at the trigger from the debris' attitude and the net's reach; "
+        "fixed: one place behind the debris' centre, as in the paper",
+        choices=("planned", "fixed"),
+    )
+    target_radius_m: float = parameter(
+        "Radius of the debris' cylinder, as known to the planner", unit="m", low=0.1, high=10.0
+    )
+    target_length_m: float = parameter("Length of the debris' cylinder, likewise", unit="m", low=0.1, high=50.0)
     closing_depth_m: float = parameter(
-        "8 MUs: the closing position lies so far behind the debris' centre of mass", unit="m", low=0.0, high=50.0
-    )
+        "8 MUs, fixed, or nothing known of the debris' attitude: the MUs meet so far behind the debris' centre of mass",
+        unit="m", low=0.0, high=50.0,
+    )  # fmt: skip
     closing_duration_s: float = parameter(
-        "8 MUs: duration of the flight to the closing position", unit="s", low=1.0, high=100.0
+        "8 MUs: time to fly to one meeting place for all", unit="s", low=1.0, high=100.0
     )
-    release_docked: bool = parameter("8 MUs: an MU that has docked with both neighbours switches its thrusters off")
+    bunch_duration_s: float = parameter(
+        "8 MUs: time to fly to two meeting places; shorter, because stretching the net that far takes another try more "
+        "often", unit="s", low=1.0, high=100.0,
+    )  # fmt: skip
+    closing_slack_m: float = parameter(
+        "planned: length of net that must be left at the meeting place, for folds and snags",
+        unit="m",
+        low=0.0,
+        high=10.0,
+    )
+    bunch_slack_m: float = parameter(
+        "planned: what is left below this counts as dear, where two places are met at", unit="m", low=0.0, high=10.0
+    )
+    closing_clearance_m: float = parameter(
+        "planned: distance of a meeting place from the debris' surface", unit="m", low=0.0, high=10.0
+    )
+    way_clearance_m: float = parameter(
+        "planned: distance of the straight way there from the debris' surface", unit="m", low=0.0, high=10.0
+    )
+    rally_period_s: float = parameter(
+        "8 MUs: who has not docked in time flies to the last of its bunch, decided anew so often; 0: never",
+        unit="s", low=0.0, high=100.0,
+    )  # fmt: skip
+    rally_reach_m: float = parameter(
+        "8 MUs: who is farther than this from the middle of its bunch by then is given up",
+        unit="m",
+        low=0.1,
+        high=100.0,
+    )
+    off_course_m: float = parameter(
+        "An MU that is so far from where it should be at the trigger is left out of the closing",
+        unit="m",
+        low=0.1,
+        high=100.0,
+    )
+    release_docked: bool = parameter("8 MUs: a bunch that has docked switches its thrusters off")
     docking_distance_m: float = parameter("Neighbours nearer than this dock or lock", unit="m", low=0.01, high=5.0)
     confirm_timeout_s: float = parameter(
         "Wall time to wait for the controllers to confirm a change of the mission's state", unit="s", low=0.0, high=60.0

@@ -14,6 +14,7 @@ from diagnostic_msgs.msg import DiagnosticArray
 from nav_msgs.msg import Odometry
 from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
+from rclpy.serialization import deserialize_message
 from std_msgs.msg import Header
 from std_srvs.srv import Trigger
 
@@ -39,6 +40,7 @@ from tethernet_msgs.msg import MissionState, MuStatus, NetState
 from tethernet_msgs.srv import PlanAimingPoints
 
 from . import policies
+from .lookout import DebrisMotion, Lookout
 from .sequencer import MissionSequencer, mu_names
 from .settings import PlannerParameters
 from .swarm import DockedPairs, SwarmCentroid
@@ -74,6 +76,9 @@ class PlannerNode(Node):
         self._dropped = 0
         self._newest_measurement_s = time.monotonic()
         self._statuses: dict[int, MuStatus] = {}
+        self._lookout = Lookout(mu_count, self._rules, control)
+        self._lookout.debris = self._debris_motion
+        self._debris_data: bytes | None = None
 
         self.create_service(PlanAimingPoints, topics.PLAN_AIMING_POINTS, self._on_plan)
         self.create_service(Trigger, topics.START, self._on_start)
@@ -110,6 +115,7 @@ class PlannerNode(Node):
             self._drop("net state", "its centre of mass is not finite")
             center = _UNKNOWN
         self._net, self._net_ns, self._locked = center, stamp_ns, message.locked
+        self._lookout.saw_mus(stamp_ns, message.mu_positions, message.mu_velocities)
         self._decide()
 
     def _on_debris(self, data: bytes) -> None:
@@ -125,7 +131,7 @@ class PlannerNode(Node):
             return
         self._debris_ns = stamp_ns
         if finite(*position):
-            self._debris = position
+            self._debris, self._debris_data = position, data
         else:
             self._drop("debris odometry", "not finite; the last good one stands")
         self._sequencer.saw_time(stamp_ns)
@@ -133,20 +139,27 @@ class PlannerNode(Node):
 
     def _on_mu(self, mu: int, data: bytes) -> None:
         try:
-            stamp_ns, position, _ = serialized_odometry_values(data)
+            stamp_ns, position, velocity = serialized_odometry_values(data)
         except MessageError as error:
             self._drop(f"odometry of MU {mu}", str(error))
             return
-        if not finite(*position):
+        if not finite(*position, *velocity):
             self._drop(f"odometry of MU {mu}", "not finite")
             return
-        tick = self._swarm.update(mu, stamp_ns, position)
+        swarm = self._swarm
+        tick = swarm.update(mu, stamp_ns, position, velocity)
         self._sequencer.saw_time(stamp_ns)
         if tick is not None:
             self._newest_measurement_s = time.monotonic()
             if self._sequencer.mission.closing:
-                self._pairs.update(self._swarm.positions)
-            self._sequencer.measured(tick.stamp_ns, tick.position, self._debris or _UNKNOWN, self._pairs.locked)
+                self._pairs.update(swarm.positions)
+            mus = range(1, self._settings.mu_count + 1)
+            self._lookout.saw_mus(
+                tick.stamp_ns, [swarm.positions[m] for m in mus], [swarm.velocities[m] for m in mus], swarm.behind
+            )
+            self._sequencer.measured(
+                tick.stamp_ns, tick.position, self._debris or _UNKNOWN, self._pairs.locked, self._lookout.look
+            )
 
     def _decide(self) -> None:
         """Decide on the newest tick that both the net and the debris are known of."""
@@ -155,7 +168,21 @@ class PlannerNode(Node):
             return
         self._decided_ns = stamp_ns
         self._newest_measurement_s = time.monotonic()
-        self._sequencer.measured(stamp_ns, self._net, self._debris or _UNKNOWN, self._locked)
+        self._sequencer.measured(stamp_ns, self._net, self._debris or _UNKNOWN, self._locked, self._lookout.look)
+
+    def _debris_motion(self) -> DebrisMotion | None:
+        """From its newest odometry; None where there is none."""
+        if self._debris_data is None:
+            return None
+        message = deserialize_message(self._debris_data, Odometry)
+        pose, twist = message.pose.pose, message.twist.twist
+        q = pose.orientation
+        return (
+            coordinates(pose.position),
+            (q.x, q.y, q.z, q.w),
+            coordinates(twist.linear),
+            coordinates(twist.angular),
+        )
 
     def _drop(self, what: str, why: str) -> None:
         self._dropped += 1
@@ -208,7 +235,7 @@ class PlannerNode(Node):
             )
         if self._sequencer.mission.phase == Phase.WAITING:
             # Controllers will ask for it; better to know now that it cannot be had.
-            self._plan(self._settings.policy, self._settings.mu_count, self._debris)
+            self._lookout.aiming_points = self._plan(self._settings.policy, self._settings.mu_count, self._debris)
         self._newest_measurement_s = time.monotonic()
         self._sequencer.start(self._debris, self._settings.policy)
 
@@ -222,6 +249,7 @@ class PlannerNode(Node):
 
     def _on_status(self, message: MuStatus) -> None:
         self._statuses[message.mu] = message
+        self._lookout.saw_status(message.mu, nanoseconds(message.header.stamp))
         self._sequencer.echoed(message.mu, message.mission_sequence)
 
     def _on_poll(self) -> None:

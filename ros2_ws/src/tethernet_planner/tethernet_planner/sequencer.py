@@ -93,7 +93,7 @@ class MissionSequencer:
         """Something was measured at ``stamp_ns``; the launch will not be before."""
         self.stamp_ns = max(self.stamp_ns, stamp_ns)
 
-    def measured(self, stamp_ns: int, net_position, debris_position, locked=()) -> None:
+    def measured(self, stamp_ns: int, net_position, debris_position, locked=(), look=None) -> None:
         """Decide on one control tick and beat for it, at once or when the change it caused is confirmed.
 
         Args:
@@ -102,10 +102,13 @@ class MissionSequencer:
                 goes on.
             debris_position: the debris' centre of mass [m]; NaN likewise.
             locked: which closing pairs are locked; empty where nobody knows.
+            look: see :func:`tethernet_control.mission.advance`.
         """
         self.saw_time(stamp_ns)
         if self.confirmed:
-            after = advance(self.mission, stamp_ns, net_position, debris_position, self._rules, self._control, locked)
+            after = advance(
+                self.mission, stamp_ns, net_position, debris_position, self._rules, self._control, locked, look
+            )
             if after is self.mission:
                 self._beat(stamp_ns)
                 return

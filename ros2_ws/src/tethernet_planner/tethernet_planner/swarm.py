@@ -34,6 +34,7 @@ class SwarmCentroid:
         silent_ns: an MU whose newest sample is older than the newest of all by more than this [ns] is left out.
         """
         self.positions: dict[int, Point] = {}
+        self.velocities: dict[int, Point] = {}
         self._stamps: dict[int, int] = {}
         self._fresh: set[int] = set()
         self._mus = frozenset(range(1, mu_count + 1))
@@ -50,20 +51,21 @@ class SwarmCentroid:
         newest_ns = max(self._stamps.values(), default=0)
         return {mu: newest_ns - stamp for mu, stamp in self._stamps.items() if newest_ns - stamp > self._silent_ns}
 
-    def update(self, mu: int, stamp_ns: int, position: Point) -> SwarmTick | None:
+    def update(self, mu: int, stamp_ns: int, position: Point, velocity: Point = (0.0, 0.0, 0.0)) -> SwarmTick | None:
         """Take one sample; samples out of order are ignored.
 
         Args:
             mu: number of the MU.
             stamp_ns: its time [ns].
             position: finite [m].
+            velocity: finite [m/s].
 
         Returns:
             The tick that this sample completes, if it does.
         """
         if stamp_ns <= self._stamps.get(mu, -1):
             return None
-        self._stamps[mu], self.positions[mu] = stamp_ns, position
+        self._stamps[mu], self.positions[mu], self.velocities[mu] = stamp_ns, position, velocity
         self._fresh.add(mu)
         present = self._stamps.keys() - self.behind.keys()
         if self.missing or not present <= self._fresh:

@@ -10,15 +10,18 @@ from dataclasses import asdict, dataclass
 
 import numpy as np
 
+from tethernet_control import closing
 from tethernet_control.mission import Mission, Phase, advance, arm, launch, seconds_between
 from tethernet_control.parameters import load
 from tethernet_control.settings import NANOSECOND_S, ControlParameters, MissionParameters, paper
 
 from .capture_quality import QualityParameters, captured, hull_quality, mouth_area, verdict
+from .failure import MuFailure
 from .kernels import control as control_kernels
 from .scenario import Outcome, Scenario
 from .sensors import OdometryNoise
 from .settings import PhysicsParameters
+from .state import DEBRIS
 from .world import World
 
 CHUNK = 64
@@ -143,6 +146,7 @@ class _Flight:
         self.closing_elapsed = np.full(batch, -1.0)
         self.closing_duration = np.ones(batch)
         self.off = np.zeros((batch, mus), bool)
+        self.failures = [MuFailure(s.failure, settings.control) for s in scenarios]
         self.fuel = np.zeros((batch, mus))
         self.fuel_at_trigger = np.zeros((batch, mus))
         self.largest_error = np.zeros(batch)
@@ -171,10 +175,11 @@ class _Flight:
                 observer(stamp_ns, self.world, flying)
             self._command(flying, stamp_ns)
             flying = self._decide(flying, stamp_ns)
-            self.world.advance(self.thrust, flying)
+            fired = self._fired(flying, stamp_ns)
+            self.world.advance(fired, flying)
             control_kernels.book_fuel(
                 flying,
-                self.thrust,
+                fired,
                 control.period_ns * NANOSECOND_S,
                 control.specific_impulse_s,
                 control.standard_gravity_m_s2,
@@ -192,9 +197,7 @@ class _Flight:
                 self.world.begin_closing(b)
                 self.fuel_at_trigger[b] = self.fuel[b]
                 self.mouth[b] = mouth_area(self.world.mus_as_published(b))
-                if mission.closing_points:
-                    self.close[b] = mission.closing_points
-                else:
+                if not mission.closing_points:
                     self.off[b] = True
                 begun.append(b)
         return begun
@@ -213,6 +216,8 @@ class _Flight:
             if mission.closing:
                 self.closing_elapsed[b] = seconds_between(mission.closing_ns, stamp_ns)
                 self.closing_duration[b] = mission.closing_duration_s
+                if mission.closing_points:
+                    self.close[b] = mission.closing_points
                 if mission.docked_ns:
                     self.off[b] = [mission.docked(mu, stamp_ns) for mu in range(1, mission.mu_count + 1)]
                 if stamp_ns >= mission.end_ns:
@@ -222,6 +227,25 @@ class _Flight:
             self.closing_duration, control.period_ns * NANOSECOND_S, self.off, self.start, self.aim, self.close,
             self.estimate, self.covariance, self.integral, self.carry, self.thrust, self.largest_error,
         )  # fmt: skip
+
+    def _fired(self, flying: np.ndarray, stamp_ns: int) -> np.ndarray:
+        """What the thrusters do of what was commanded [N], (B, M, 3): the same, but where an MU has failed."""
+        fired = self.thrust
+        for b in flying:
+            if self.failures[b].begun(stamp_ns):
+                fired = self.thrust.copy() if fired is self.thrust else fired
+                fired[b, self.failures[b].mu] = self.failures[b].fired(stamp_ns, self.thrust[b, self.failures[b].mu])
+        return fired
+
+    def _look(self, b: int, stamp_ns: int) -> closing.Sight:
+        """What the planner knows of one scenario with 8 MUs."""
+        mus, lost = (
+            self.world.mus_as_published(b),
+            list(closing.off_course(self.world.mus_as_published(b), self.aim[b], self.settings.mission)),
+        )
+        if self.failures[b].silent(stamp_ns):
+            lost[self.failures[b].mu] = True
+        return closing.sight(mus, self.world.mu_velocities_as_published(b), *self.world.body_motion(b, DEBRIS), lost)
 
     def _decide(self, flying: np.ndarray, stamp_ns: int) -> np.ndarray:
         """The planner's part: trigger, end. Returns the scenarios that fly on."""
@@ -242,6 +266,7 @@ class _Flight:
                 rules,
                 control,
                 self.world.state.locked[b],
+                lambda b=b: self._look(b, stamp_ns),
             )
             if self.missions[b].phase.over:
                 self.outcomes[b] = self._outcome(b, stamp_ns)

@@ -112,12 +112,9 @@ class SimNode(Node):
         self._clock_out = make(Clock, topics.CLOCK, qos.CONTROL)
         self._odometry = {mu: MuOdometry(mu, self.control) for mu in self.mus if mu not in self.external}
         self._odometry_out = {mu: make(Odometry, topics.mu_odometry(mu), qos.CONTROL) for mu in self._odometry}
-        n = self.world.model.numbers
-        debris = np.array([n.debris_across, n.debris_across, n.debris_along])
-        chaser = np.full(3, n.chaser_inertia)
         self._bodies = {
-            DEBRIS: (BodyOdometry(DEBRIS, "debris", debris), make(Odometry, topics.DEBRIS_ODOMETRY, qos.STATE_BACKLOG)),
-            CHASER: (BodyOdometry(CHASER, "chaser", chaser), make(Odometry, topics.CHASER_ODOMETRY, qos.STATE_BACKLOG)),
+            DEBRIS: (BodyOdometry(DEBRIS, "debris"), make(Odometry, topics.DEBRIS_ODOMETRY, qos.STATE_BACKLOG)),
+            CHASER: (BodyOdometry(CHASER, "chaser"), make(Odometry, topics.CHASER_ODOMETRY, qos.STATE_BACKLOG)),
         }
         self._net, self._net_out = NetStateMessage(), make(NetState, topics.NET_STATE, qos.BULK)
         self._tf, self._tf_out = Transforms(len(self.mus)), make(TFMessage, topics.TF, qos.BULK)

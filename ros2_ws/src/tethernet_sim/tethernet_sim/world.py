@@ -11,7 +11,7 @@ from tethernet_control.settings import ControlParameters, MissionParameters
 from .kernels import step
 from .model import CENTRAL_KNOT, Model, build_model
 from .settings import PhysicsParameters
-from .state import ATTITUDE, CHASER, DEBRIS, POSITION, State, initial_state
+from .state import ATTITUDE, CHASER, DEBRIS, MOMENTUM, POSITION, VELOCITY, State, initial_state, rotate
 
 
 class World:
@@ -60,6 +60,11 @@ class World:
         self.target_vel = np.zeros((batch, mu_count, 3))
         """Their measured velocities [m/s], shape (B, M, 3)."""
         self._all = np.arange(batch)
+        n = self.model.numbers
+        self._inertia = {
+            DEBRIS: np.array([n.debris_across, n.debris_across, n.debris_along]),
+            CHASER: np.full(3, n.chaser_inertia),
+        }
         self._knot_weight = self.model.arrays.knot_mass / self.model.arrays.knot_mass.sum()
 
     def advance(self, thrust: np.ndarray, chosen: np.ndarray | None = None) -> None:
@@ -111,6 +116,22 @@ class World:
     def mus_as_published(self, index: int) -> np.ndarray:
         """MU positions as /net/state carries them [m], float32, shape (M, 3)."""
         return self.state.mu_pos[index].astype(np.float32)
+
+    def mu_velocities_as_published(self, index: int) -> np.ndarray:
+        """MU velocities as /net/state carries them [m/s], float32, shape (M, 3)."""
+        return self.state.mu_vel[index].astype(np.float32)
+
+    def body_motion(self, index: int, body: int) -> tuple[list[float], list[float], list[float], list[float]]:
+        """Motion of DEBRIS or CHASER as its odometry carries it: position [m], attitude (quaternion x y z w, body to
+        launch), velocity [m/s] and angular rate [rad/s] in its own frame, as nav_msgs defines it.
+        """
+        row = self.state.bodies[index, body]
+        inverse = row[ATTITUDE] * np.array([-1.0, -1.0, -1.0, 1.0])
+        velocity, momentum = rotate(inverse, row[VELOCITY]), rotate(inverse, row[MOMENTUM])
+        return (
+            row[POSITION].tolist(), row[ATTITUDE].tolist(), velocity.tolist(),
+            (momentum / self._inertia[body]).tolist(),
+        )  # fmt: skip
 
     def tether(self, index: int) -> tuple[float, float]:
         """Length of the main tether [m] (paid out; the locked length once closing has begun) and its tension [N],

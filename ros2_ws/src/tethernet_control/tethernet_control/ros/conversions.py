@@ -145,6 +145,7 @@ def mission_message(mission: Mission, stamp_ns: int, confirmed: bool, reason: st
         debris_position=point_message(mission.debris_position),
         closing_points=[point_message(point) for point in mission.closing_points],
         closing_duration=float(mission.closing_duration_s),
+        points_time=time_message(mission.points_ns),
         docked_times=[time_message(time_ns) for time_ns in mission.docked_ns],
         reason=reason or mission.reason,
     )
@@ -186,6 +187,7 @@ def mission_from(message: MissionState) -> Mission:
         debris_position=coordinates(message.debris_position),
         closing_points=points,
         closing_duration_s=message.closing_duration,
+        points_ns=nanoseconds(message.points_time),
         docked_ns=tuple(map(nanoseconds, message.docked_times)),
         reason=message.reason,
     )

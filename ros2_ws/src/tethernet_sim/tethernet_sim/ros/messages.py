@@ -11,11 +11,11 @@ from tf2_msgs.msg import TFMessage
 
 from tethernet_control.layout import KNOT_ROWS
 from tethernet_control.ros import topics
-from tethernet_control.ros.conversions import rotate, set_stamp
+from tethernet_control.ros.conversions import set_stamp
 from tethernet_control.settings import ControlParameters
 from tethernet_msgs.msg import NetState
 
-from ..state import ATTITUDE, CHASER, DEBRIS, MOMENTUM, POSITION, VELOCITY
+from ..state import ATTITUDE, CHASER, DEBRIS, POSITION
 from ..world import World
 
 UNKNOWN_VARIANCE = 1e6
@@ -53,30 +53,25 @@ class MuOdometry:
 class BodyOdometry:
     """True motion of debris or chaser."""
 
-    def __init__(self, body: int, frame: str, inertia: np.ndarray):
+    def __init__(self, body: int, frame: str):
         """Args:
         body: DEBRIS or CHASER.
         frame: its child frame.
-        inertia: about its body axes [kg m^2], shape (3,).
         """
         self._body = body
-        self._inertia = inertia.tolist()
         self.message = Odometry()
         self.message.header.frame_id = topics.FRAME
         self.message.child_frame_id = frame
 
     def fill(self, stamp_ns: int, world: World) -> Odometry:
         """The message for the body's present motion; the twist is in its own frame, as nav_msgs defines it."""
-        row = world.state.bodies[0, self._body].tolist()
-        x, y, z, w = row[ATTITUDE]
-        to_body = (-x, -y, -z, w)
+        position, attitude, linear, angular = world.body_motion(0, self._body)
         message = self.message
         set_stamp(message.header.stamp, stamp_ns)
-        set_xyz(message.pose.pose.position, row[POSITION])
-        set_quaternion(message.pose.pose.orientation, row[ATTITUDE])
-        set_xyz(message.twist.twist.linear, rotate(to_body, row[VELOCITY]))
-        momentum = rotate(to_body, row[MOMENTUM])
-        set_xyz(message.twist.twist.angular, [h / i for h, i in zip(momentum, self._inertia, strict=True)])
+        set_xyz(message.pose.pose.position, position)
+        set_quaternion(message.pose.pose.orientation, attitude)
+        set_xyz(message.twist.twist.linear, linear)
+        set_xyz(message.twist.twist.angular, angular)
         return message
 
 
@@ -96,7 +91,7 @@ class NetStateMessage:
         message.knot_positions = _floats(world.knots_as_published(0))
         message.knot_velocities = _floats(world.knot_velocities_as_published(0))
         message.mu_positions = _floats(world.mus_as_published(0))
-        message.mu_velocities = _floats(world.state.mu_vel[0].astype(np.float32))
+        message.mu_velocities = _floats(world.mu_velocities_as_published(0))
         message.locked = world.state.locked[0].tolist()
         message.tether_length, message.tether_tension = world.tether(0)
         return message

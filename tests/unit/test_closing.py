@@ -1,0 +1,142 @@
+"""The closing plan of 8 MUs: reach of the net, meeting places, who is left out."""
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from tests.physics import make_world
+from tethernet_control import closing
+from tethernet_control.layout import design
+from tethernet_control.parameters import load
+from tethernet_control.settings import MissionParameters
+from tethernet_control.target import Outline, axis_after, gap
+
+RULES = load(MissionParameters)
+MOUTH = np.array([(x, y, 0.5) for x, y in design(8).nominal_offsets])
+DIAGONAL, ROW, APPROACH = (1.0, 1.0, 0.0), (1.0, 0.0, 0.0), (0.0, 0.0, 1.0)
+CENTER = np.array((3.0, -4.0, -50.0))
+
+
+def seen(axis, mouth=MOUTH, rate=(0.0, 0.0, 0.0), lost=(False,) * 8):
+    attitude = Rotation.align_vectors([np.array(axis) / np.linalg.norm(axis)], [[0.0, 0.0, 1.0]])[0]
+    velocities = np.tile((0.0, 0.0, -2.0), (8, 1))
+    in_body = attitude.inv().apply(rate)
+    return closing.sight(mouth + CENTER, velocities, CENTER, attitude.as_quat(), (0.0,) * 3, in_body, lost)
+
+
+def relative(plan):
+    return np.array(plan.points) - CENTER
+
+
+def test_a_sight_takes_odometry_as_messages_carry_it():
+    attitude = Rotation.from_rotvec((0.3, -0.5, 0.2))
+    linear, angular = (1.0, 2.0, 3.0), (0.1, 0.2, 0.3)
+    got = closing.sight(MOUTH, MOUTH, CENTER, attitude.as_quat(), linear, angular)
+    assert np.allclose(got.debris_velocity, attitude.apply(linear))
+    assert np.allclose(got.debris_rate, attitude.apply(angular))
+    assert np.allclose(got.debris_axis, attitude.apply((0.0, 0.0, 1.0)))
+
+
+def test_the_axis_tumbles_as_the_simulated_debris_does():
+    world = make_world(8, attitude=Rotation.from_rotvec((0.4, 0.9, 0.0)).as_quat(), rate=(0.06, -0.04, 0.09))
+    before = closing.sight(np.zeros((8, 3)), np.zeros((8, 3)), *world.body_motion(0, 0))
+    for _ in range(200):
+        world.advance(np.zeros((1, 8, 3)))
+    after = closing.sight(np.zeros((8, 3)), np.zeros((8, 3)), *world.body_motion(0, 0))
+    told = axis_after(before.debris_axis, before.debris_rate, 10.0, RULES.target_radius_m, RULES.target_length_m)
+    assert np.linalg.norm(after.debris_axis - before.debris_axis) > 0.3
+    assert np.allclose(told, after.debris_axis, atol=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("axis", "sideways", "target", "length"),
+    [
+        # Round the side of a cylinder that lies across: a quarter of the circle and on to the side, or half of it.
+        ((0.0, 1.0, 0.0), (1.0, 0.0), (5.0, 0.0, 1.95), 5.0),
+        ((0.0, 1.0, 0.0), (1.0, 0.0), (1.95, 0.0, -4.0), np.pi / 2 * 1.95 + 4.0),
+        ((0.0, 1.0, 0.0), (1.0, 0.0), (0.0, 0.0, -1.95), np.pi * 1.95),
+        # Along the axis: over the edge, down the flat end, back underneath.
+        ((1.0, 0.0, 0.0), (1.0, 0.0), (5.55, 0.0, -3.0), 5.55 + 1.95 + 3.0),
+        # Beside the plane of the row.
+        ((0.0, 1.0, 0.0), (1.0, 0.0), (5.0, 3.0, 1.95), np.hypot(5.0, 3.0)),
+    ],
+)
+def test_length_of_a_string_round_the_debris(axis, sideways, target, length):
+    outline = Outline(np.array(axis), np.array(sideways), 1.95, 5.55)
+    assert outline.path_length(np.array([target]))[0] == pytest.approx(length, rel=0.02)
+
+
+def test_distance_from_the_debris():
+    axis = np.array((1.0, 0.0, 0.0))
+    points = np.array([(0.0, 3.0, 0.0), (6.0, 0.0, 0.0), (5.55 + 0.3, 1.95 + 0.4, 0.0), (0.0, 0.0, 0.0)])
+    assert np.allclose(gap(points, axis, 1.95, 5.55), (1.05, 0.45, 0.5, -1.95))
+
+
+def test_all_meet_behind_a_debris_along_the_diagonal():
+    plan = closing.plan(seen(DIAGONAL), RULES)
+    assert plan.feasible
+    assert plan.pairs == 8
+    assert plan.duration_s == RULES.closing_duration_s
+    assert len(set(plan.points)) == 1
+    assert relative(plan)[0, 2] < -RULES.target_radius_m - RULES.closing_clearance_m
+
+
+@pytest.mark.parametrize("axis", [ROW, APPROACH, (1.0, 0.0, 1.0), (0.3, 1.0, 0.2)])
+def test_two_bunches_meet_where_one_place_is_out_of_reach(axis):
+    plan = closing.plan(seen(axis), RULES)
+    assert plan.feasible
+    assert plan.pairs == 6
+    assert plan.duration_s == RULES.bunch_duration_s
+    bunches = closing.bunches(plan.points)
+    assert sorted(map(len, bunches)) == [4, 4]
+    one, other = (relative(plan)[bunch[0] - 1] for bunch in bunches)
+    assert one[:2] @ other[:2] < 0.0, "on either side of the debris"
+    direction = np.array(axis) / np.linalg.norm(axis)
+    for bunch in bunches:
+        place = relative(plan)[bunch[0] - 1]
+        assert gap(place, direction, RULES.target_radius_m, RULES.target_length_m / 2) >= RULES.closing_clearance_m
+        middle = MOUTH[np.array(bunch) - 1, :2].mean(axis=0)
+        assert middle @ place[:2] > 0.0, "each bunch on its own side"
+
+
+def test_every_attitude_has_a_plan_that_can_be_flown():
+    for axis in Rotation.random(40, random_state=3).apply((0.0, 0.0, 1.0)):
+        plan = closing.plan(seen(axis), RULES)
+        assert plan.feasible, axis
+        assert plan.pairs >= 6, axis
+
+
+def test_a_tumbling_debris_is_met_where_it_will_be():
+    turning = closing.plan(seen(ROW, rate=(0.0, 0.0, np.radians(45.0 / RULES.closing_duration_s))), RULES)
+    still = closing.plan(seen(ROW), RULES)
+    assert not np.allclose(turning.points, still.points)
+
+
+def test_the_lost_is_left_out_and_the_others_meet():
+    lost = tuple(mu == 6 for mu in range(1, 9))
+    plan = closing.plan(seen(DIAGONAL, lost=lost), RULES)
+    assert plan.pairs == 6
+    assert plan.points[5] == pytest.approx(MOUTH[5] + CENTER), "it stays where it is"
+    assert closing.bunches(plan.points) == [[1, 5, 2, 4, 8, 3, 7]]
+
+
+def test_who_is_far_beside_its_aiming_point_is_lost():
+    aims = MOUTH * (1.0, 1.0, 0.0)
+    places = np.add(MOUTH, (0.5, -0.3, 1.0))
+    assert closing.off_course(places, aims, RULES) == (False,) * 8, "all late alike is not lost"
+    places[2] += (RULES.off_course_m, 0.0, 0.0)
+    assert closing.off_course(places, aims, RULES) == (False, False, True, *(False,) * 5)
+
+
+def test_a_rally_goes_to_the_last_and_gives_up_who_is_too_far():
+    point = (0.0, 0.0, -55.0)
+    places = np.tile(point, (8, 1)) + np.arange(8)[:, None] * (0.05, 0.0, 0.0)
+    places[4] += (1.5, 0.0, 0.0)
+    nothing = [False] * 8
+    rallied = closing.rally([point] * 8, places, nothing, RULES)
+    assert set(rallied) == {tuple(places[4])}
+    places[1] += (0.0, RULES.rally_reach_m + 1.0, 0.0)
+    rallied = closing.rally([point] * 8, places, nothing, RULES)
+    assert rallied[1] == tuple(places[1])
+    assert {rallied[m] for m in range(8) if m != 1} == {tuple(places[4])}
+    assert closing.rally([point] * 8, places, [True] * 8, RULES) is None

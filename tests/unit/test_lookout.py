@@ -1,0 +1,59 @@
+"""What the planner knows when the closing is planned."""
+
+import numpy as np
+
+from tethernet_control.layout import design, nominal_aiming_points
+from tethernet_control.parameters import load
+from tethernet_control.settings import ControlParameters, MissionParameters
+from tethernet_planner.lookout import Lookout
+
+CONTROL, RULES = load(ControlParameters), load(MissionParameters)
+DEBRIS = (0.0, 0.0, -50.0)
+MOTION = (DEBRIS, (0.0, 0.0, 0.0, 1.0), (0.0,) * 3, (0.0,) * 3)
+MOUTH = np.array(nominal_aiming_points(8, DEBRIS))
+SECOND = 10**9
+
+
+def lookout(mus=8):
+    made = Lookout(mus, RULES, CONTROL)
+    made.debris = lambda: MOTION
+    made.aiming_points = nominal_aiming_points(mus, DEBRIS)
+    made.saw_mus(20 * SECOND, MOUTH[:mus], np.zeros((mus, 3)))
+    return made
+
+
+def test_a_healthy_swarm():
+    seen = lookout().look()
+    assert seen.lost == (False,) * 8
+    assert np.allclose(seen.mu_positions, MOUTH)
+
+
+def test_flat_arrays_of_messages_are_taken():
+    made = lookout()
+    made.saw_mus(20 * SECOND, MOUTH.astype(np.float32).ravel(), np.zeros(24, np.float32))
+    assert made.look().mu_positions.shape == (8, 3)
+
+
+def test_silent_dead_and_strayed_mus_are_lost():
+    made = lookout()
+    strayed = MOUTH.copy()
+    strayed[6, 0] -= RULES.off_course_m + 0.1
+    made.saw_mus(20 * SECOND, strayed, np.zeros((8, 3)), silent={2})
+    for mu in range(1, 9):
+        made.saw_status(mu, (18 if mu == 4 else 20) * SECOND)
+    assert [mu for mu, lost in enumerate(made.look().lost, start=1) if lost] == [2, 4, 7]
+    made.saw_status(4, 20 * SECOND)
+    assert made.dead() == set()
+
+
+def test_nothing_is_told_where_too_little_is_known():
+    made = lookout()
+    made.debris = lambda: None
+    assert made.look() is None
+    made = lookout()
+    made.saw_mus(20 * SECOND, [], [])
+    assert made.look() is None, "a net sensor that sees no MUs"
+    made.saw_mus(20 * SECOND, np.full((8, 3), np.nan), np.zeros((8, 3)))
+    assert made.look() is None
+    assert lookout(4).look() is None, "winches close the net"
+    assert not design(4).closes_by_docking
