@@ -270,14 +270,19 @@ def _check_policy(policy: str, options: argparse.Namespace) -> None:
 def _check_shared(values: Values) -> None:
     """The mission's rules and the rhythm of control are the same for all: nodes that disagree cannot fly together."""
     for key in (*field_types(MissionParameters), "control_period_s", "watchdog_periods"):
-        told = {node: float(node_values[key]) for node, node_values in values.items() if key in node_values}
+        told = {node: _plain(node_values[key]) for node, node_values in values.items() if key in node_values}
         if len(set(told.values())) > 1:
             first = next(iter(told))
             other = next(node for node in told if told[node] != told[first])
             raise MissionParametersError(
-                f"{key} is {told[first]:g} for {first} and {told[other]:g} for {other}; "
+                f"{key} is {told[first]} for {first} and {told[other]} for {other}; "
                 f"allowed: one value for all, give it under {ALL_NODES}"
             )
+
+
+def _plain(value: Any) -> Any:
+    """Numbers without a decimal point that says nothing: 10 and 10.0 are the same rule."""
+    return int(value) if isinstance(value, float) and value.is_integer() else value
 
 
 def _typed(classes: Iterable[type], values: Mapping[str, Any]) -> dict[str, Any]:
