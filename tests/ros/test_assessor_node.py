@@ -9,6 +9,7 @@ import pytest
 from geometry_msgs.msg import Point
 from nav_msgs.msg import Odometry
 
+from tests import tiny_models
 from tethernet_control.mission import Mission, advance, arm, launch
 from tethernet_control.parameters import load
 from tethernet_control.ros import topics
@@ -44,13 +45,15 @@ class Bench:
         self.mission = advance(self.mission, tick * PERIOD, DEBRIS, DEBRIS, RULES, CONTROL_P)
         self.tell(self.mission)
 
-    def debris(self, tick, position=DEBRIS):
+    def debris(self, tick, position=DEBRIS, velocity=(0.0, 0.0, 0.0)):
         message = Odometry()
         message.header.frame_id = topics.FRAME
         set_stamp(message.header.stamp, tick * PERIOD)
         place = message.pose.pose.position
         place.x, place.y, place.z = position
         message.pose.pose.orientation.w = 1.0
+        speed = message.twist.twist.linear
+        speed.x, speed.y, speed.z = velocity
         self.probe.publish(topics.DEBRIS_ODOMETRY, message, STATE, "assessor")
 
     def net(self, tick, knots, mus, locked=8, pairs=8, center=DEBRIS, columns=None):
@@ -101,6 +104,29 @@ def test_trigger_and_verdict_are_the_library_functions_on_what_was_published(ben
     assert (final.cqi, final.locked_pairs, final.captured) == (expected.cqi, 7, True)
     assert final.verdict.startswith("captured: CQI")
     assert (final.max_locked_pairs, final.required_locked_pairs, final.source) == (8, 6, "net_state")
+
+
+def test_a_surrogate_is_asked_at_the_trigger_and_the_end_tells_its_error(bench, tmp_path):
+    # Predicts 3 locked pairs and one for each m/s of the first knot along z, relative to the debris.
+    file = tiny_models.surrogate(tmp_path / "surrogate.safetensors", 8, cqi=1.5, pairs=3.0, seen=5)
+    b = bench("progress_every:=10000", f"predictor:={file}").launched()
+    b.closed()
+    generator = np.random.default_rng(0)
+    knots = (np.array(DEBRIS) + generator.normal(0.0, 2.0, (529, 3))).astype(np.float32)
+    b.debris(481, velocity=(0.0, 0.0, -2.0))
+    b.net(481, knots, knots[:8])
+    trigger = b.stage(CaptureAssessment.TRIGGER)
+    assert (trigger.prediction_valid, trigger.predictor) == (True, str(file))
+    assert trigger.predicted_cqi == pytest.approx(1.5)
+    assert trigger.predicted_locked_pairs == pytest.approx(5.0)
+    assert trigger.predicted_capture_probability == pytest.approx(0.5)
+    assert math.isnan(trigger.cqi_error)
+    b.debris(781)
+    b.net(781, knots, knots[:8], locked=7)
+    final = b.stage(CaptureAssessment.FINAL)
+    assert final.predicted_cqi == trigger.predicted_cqi
+    assert final.cqi_error == final.cqi - trigger.predicted_cqi
+    assert final.locked_pairs_error == pytest.approx(2.0)
 
 
 @pytest.mark.parametrize(("mus", "locked", "captured"), [(8, 5, False), (4, 8, True), (4, 7, False)])

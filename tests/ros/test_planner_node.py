@@ -10,6 +10,8 @@ from nav_msgs.msg import Odometry
 from std_msgs.msg import Header
 from std_srvs.srv import Trigger
 
+from tests import tiny_models
+from tethernet_control.controller_node import FALLBACK
 from tethernet_control.mission import Phase
 from tethernet_control.ros import topics
 from tethernet_control.ros.conversions import nanoseconds, set_stamp
@@ -126,6 +128,23 @@ def test_service_gives_nominal_points_and_explains_refusals(bench):
         assert not answer.success
         assert words in answer.message
         assert len(answer.aiming_points) == 0
+
+
+def test_where_a_trained_policy_was_never_trained_the_nominal_points_stand_in_and_controllers_are_told(bench, tmp_path):
+    policy = tiny_models.policy(tmp_path / "policy.safetensors", 4)
+    b = bench("mu_count:=4", f"policy:={policy}", "debris_bound_xy_m:=12.0")
+
+    def ask(**request):
+        return b.probe.call(topics.PLAN_AIMING_POINTS, PlanAimingPoints, PlanAimingPoints.Request(**request))
+
+    inside = ask(debris_position=Point(x=1.0, y=2.0, z=-50.0))
+    assert (inside.success, inside.policy, inside.message) == (True, str(policy), "4 aiming points")
+    assert inside.aiming_points[3].x == pytest.approx(13.5)
+    outside = ask(debris_position=Point(x=11.0, y=2.0, z=-50.0))
+    assert (outside.success, outside.policy) == (True, FALLBACK)
+    assert "was not trained for it (debris at (11, 2, -50) m" in outside.message
+    assert (outside.aiming_points[3].x, outside.aiming_points[3].y) == (23.0, 14.0)
+    assert "made for 4 MUs, not for 8" in ask(debris_position=Point(z=-50.0), mu_count=8).message
 
 
 def test_does_not_start_without_debris_or_out_of_bounds_and_stays_waiting(bench):

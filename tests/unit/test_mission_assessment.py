@@ -171,7 +171,7 @@ def test_a_verdict_comes_although_no_sample_ever_came():
     assert "not available" in final.verdict
 
 
-def test_a_surrogate_is_asked_at_the_trigger_only(monkeypatch):
+def test_a_surrogate_is_asked_at_the_trigger_and_judged_at_the_end(monkeypatch):
     class Surrogate:
         def __init__(self, mus):
             self.mus = mus
@@ -184,8 +184,28 @@ def test_a_surrogate_is_asked_at_the_trigger_only(monkeypatch):
     made = assessor(launched(), every=1, predictor=prediction.make("mine", 8))
     assert made.take_sample(sample(480))[0].prediction is None
     made.take_mission(closed())
-    assert made.take_sample(sample(481))[0].prediction == prediction.Prediction(1.5, 7.2, 0.9)
-    assert made.take_sample(sample(781))[0].prediction is None
+    [trigger] = made.take_sample(sample(481))
+    assert trigger.prediction == prediction.Prediction(1.5, 7.2, 0.9)
+    assert math.isnan(trigger.cqi_error)
+    assert made.take_sample(sample(482))[0].prediction is None
+    [final] = made.take_sample(sample(781, locked=7))
+    assert final.prediction == trigger.prediction
+    assert final.cqi_error == final.cqi - 1.5
+    assert final.locked_pairs_error == pytest.approx(-0.2)
     with pytest.raises(prediction.PredictorError, match="allowed: none, mine"):
         prediction.make("other", 8)
     assert prediction.make("none", 8) is None
+
+
+def test_a_surrogate_that_fails_costs_the_prediction_not_the_verdict():
+    class Broken:
+        def predict(self, sample):
+            raise ValueError("a net of 3 knots")
+
+    made = assessor(closed(), predictor=Broken())
+    [trigger] = made.take_sample(sample(481))
+    assert trigger.prediction is None
+    assert trigger.prediction_failure == "ValueError: a net of 3 knots"
+    [final] = made.take_sample(sample(781))
+    assert final.verdict
+    assert math.isnan(final.cqi_error)

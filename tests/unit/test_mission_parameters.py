@@ -116,7 +116,7 @@ def test_the_recorder_is_told_where_to_record(tmp_path):
         ("--debris 9.5 0 -50", None, "debris x = 9.5 m", "-9 to 9 m"),
         ("--tumble 99 0 0", None, "--tumble: ", "-10 to 10 rad/s"),
         ("--policy best", None, "--policy best", "nominal"),
-        ("", under("planner", policy="best"), "planner: policy = 'best'", "nominal"),
+        ("", under("planner", policy="best"), "planner: no policy named 'best'", "nominal"),
         ("", under("sim", mu_count=5), "mu_count = 5", "4 or 8"),
         ("", under("sim", gravity=9.81), "sim has no parameter 'gravity'", "time_step_s"),
         ("", under("/**", gravity=9.81), "no node has a parameter 'gravity'", ""),

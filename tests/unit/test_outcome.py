@@ -40,6 +40,7 @@ def assessment(seconds, captured=True, cqi=1.5, mouth=420.0):
     return SimpleNamespace(
         header=header(seconds), captured=captured, cqi=cqi, locked_pairs=7, max_locked_pairs=8, required_locked_pairs=6,
         mouth_area=mouth, net_debris_distance=0.8, source="net_state", verdict="the debris is held",
+        prediction_valid=False,
     )  # fmt: skip
 
 

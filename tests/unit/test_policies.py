@@ -30,7 +30,7 @@ def test_unknown_policy_names_the_allowed_ones():
     with pytest.raises(policies.PolicyError, match="no policy named 'best'; allowed: nominal"):
         policies.aiming_points("best", 8, (0.0, 0.0, -50.0))
     with pytest.raises(policies.PolicyError, match="allowed"):
-        policies.check("")
+        policies.check("", 8)
 
 
 def test_unknown_design_names_the_allowed_ones():
@@ -46,8 +46,8 @@ def test_a_policy_is_made_once_and_only_when_it_is_used(registry):
         return lambda mus, debris: [debris] * mus
 
     registry.register("mine", factory)
-    registry.check("mine")
-    assert registry.names() == ["mine", "nominal"]
+    registry.check("mine", 4)
+    assert registry.names() == ["mine", "nominal", "rl"]
     assert made == []
     for _ in range(2):
         assert registry.aiming_points("mine", 4, (0.0, 0.0, -50.0)) == [(0.0, 0.0, -50.0)] * 4

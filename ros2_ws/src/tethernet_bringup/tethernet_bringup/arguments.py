@@ -69,7 +69,11 @@ def _parser() -> argparse.ArgumentParser:
     )  # fmt: skip
     add("--tumble", nargs=3, metavar=("WX", "WY", "WZ"), help="debris' angular rate [rad/s], body frame; default 0 0 0")
     add("--seed", metavar="N", help="seed of the sensor noise; default 1")
-    add("--policy", metavar="NAME", help="who chooses the aiming points; default nominal")
+    add(
+        "--policy", metavar="POLICY",
+        help="who chooses the aiming points: nominal, rl (the trained policy that is shipped) or the path of a "
+        "policy.safetensors; default: the planner's parameter file (nominal)",
+    )  # fmt: skip
     add(
         "--pace",
         metavar="{realtime,lockstep}",

@@ -116,6 +116,7 @@ def _facts(setup, commit: str) -> dict[str, str]:
         "commit": commit,
         "mus": str(setup.mu_count),
         "policy": setup.policy,
+        **{f"{name}_model": digest for name, digest in setup.models.items()},
         "pace": setup.scenario.pace,
         "simulated": str(setup.simulated).lower(),
         "external_mus": " ".join(map(str, setup.external)),

@@ -50,7 +50,9 @@ class MissionSetup:
 
     scenario: ScenarioParameters
     policy: str
-    """Name of the policy that chooses the aiming points."""
+    """The policy that chooses the aiming points: a name, or the absolute path of its file."""
+    models: dict[str, str]
+    """Short hashes of the trained models that fly along, ``policy`` and ``predictor``."""
     simulated: bool
     """Whether the simulator runs."""
     external: tuple[int, ...]
@@ -109,7 +111,7 @@ def resolve(options: argparse.Namespace) -> MissionSetup:
     _apply_flags(values, options, mu_count, sources)
     built = {node: _build(node, kinds, values[node], sources) for node, kinds in classes.items()}
     _check_shared(values)
-    _check_policy(values[PLANNER]["policy"], options)
+    models = _check_models(values, mu_count, sources)
     scenario = next(instance for instance in built[SIM] if isinstance(instance, ScenarioParameters))
     rules = next(instance for instance in built[PLANNER] if isinstance(instance, MissionParameters))
     try:
@@ -121,6 +123,7 @@ def resolve(options: argparse.Namespace) -> MissionSetup:
     return MissionSetup(
         scenario=scenario,
         policy=values[PLANNER]["policy"],
+        models=models,
         simulated=simulated,
         external=tuple(range(1, mu_count + 1)) if not simulated else scenario.external,
         supervisor=built[MONITOR][0],
@@ -240,6 +243,7 @@ def _apply_flags(
         shared["debris_position"] = scenario["debris_position"]
     if options.policy is not None:
         shared["policy"] = options.policy
+        sources[PLANNER, "policy"] = f"--policy {options.policy}: "
     for node_values in values.values():
         node_values.update((key, value) for key, value in shared.items() if key in node_values)
 
@@ -259,12 +263,25 @@ def _build(
     return built
 
 
-def _check_policy(policy: str, options: argparse.Namespace) -> None:
-    from tethernet_planner.policies import names
+def _check_models(values: Values, mu_count: int, sources: Mapping[tuple[str, str], str]) -> dict[str, str]:
+    """Load what is trained once, before anything starts; returns the hashes of their files.
 
-    if policy not in names():
-        given = f"--policy {policy}" if options.policy is not None else f"planner: policy = {policy!r}"
-        raise MissionParametersError(f"{given}: unknown; allowed: {', '.join(names())}")
+    Paths become absolute: the nodes need not run in this folder, and the mission may be flown again from another one.
+    """
+    from tethernet_planner import policies, prediction, shipped_models
+
+    hashes = {}
+    for node, key, check, fingerprint, refusal in (
+        (PLANNER, "policy", policies.check, policies.fingerprint, policies.PolicyError),
+        (ASSESSOR, "predictor", prediction.make, prediction.fingerprint, prediction.PredictorError),
+    ):
+        try:
+            check(values[node][key], mu_count)
+            hashes[key] = fingerprint(values[node][key], mu_count)
+        except refusal as error:
+            raise MissionParametersError(f"{sources.get((node, key), node + ': ')}{error}") from error
+        values[node][key] = shipped_models.absolute(values[node][key])
+    return {key: value for key, value in hashes.items() if value}
 
 
 def _check_shared(values: Values) -> None:

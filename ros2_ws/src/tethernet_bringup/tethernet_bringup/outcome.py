@@ -131,6 +131,7 @@ def build(record: FlightRecord) -> dict[str, Any]:
         "seed": record.seed,
         "mus": record.mu_count,
         "policy": record.policy,
+        "prediction": _prediction(record),
         "commit": record.commit,
         "phase": record.phase.name,
         "flown_s": record.time_s,
@@ -149,6 +150,22 @@ def build(record: FlightRecord) -> dict[str, Any]:
         "lost_controllers": sorted(record.lost_controllers),
         "warnings": list(record.warnings),
         "faults": list(record.faults),
+    }
+
+
+def _prediction(record: FlightRecord) -> dict[str, Any] | None:
+    """What a surrogate expected at the trigger, and by how much the end differs (exact minus predicted)."""
+    told = [message for message in (record.final, record.trigger) if message is not None and message.prediction_valid]
+    if not told:
+        return None
+    message = told[0]
+    return {
+        "predictor": message.predictor,
+        "cqi": _number(message, "predicted_cqi"),
+        "locked_pairs": _number(message, "predicted_locked_pairs"),
+        "capture_probability": _number(message, "predicted_capture_probability"),
+        "cqi_error": _number(message, "cqi_error"),
+        "locked_pairs_error": _number(message, "locked_pairs_error"),
     }
 
 
@@ -229,6 +246,13 @@ def _rows(record: FlightRecord, content: dict[str, Any]) -> Iterable[tuple[str, 
         need = f"{final.locked_pairs} of {final.max_locked_pairs} ({final.required_locked_pairs} needed)"
         yield "locked pairs", need
         yield "CQI", f"{content['cqi']:.3f}" if content["cqi"] is not None else "could not be measured"
+    expected = content["prediction"]
+    if expected is not None:
+        likely = f"captured with {100.0 * expected['capture_probability']:.0f} %"
+        yield "predicted", f"{expected['locked_pairs']:.1f} pairs, CQI {expected['cqi']:.2f}, {likely}"
+    fallen_back = [mu for mu, source in enumerate(content["aiming_sources"], 1) if "fallback" in (source or "")]
+    if fallen_back:
+        yield "nominal points", "in the place of the policy's: " + ", ".join(f"MU {mu}" for mu in fallen_back)
     yield "trigger", _seconds(content["trigger_time_s"], "after launch")
     yield "end", _seconds(content["end_time_s"] or content["flown_s"], "after launch")
     fuel = [value for value in content["fuel_kg"] if value is not None]

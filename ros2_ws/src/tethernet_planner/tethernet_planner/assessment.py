@@ -54,7 +54,24 @@ class Assessment:
     verdict: str = ""
     """Final stage only: one sentence."""
     prediction: Prediction | None = None
-    """Trigger stage only, where there is a surrogate."""
+    """Where there is a surrogate: at the trigger, and at the end once more beside the exact values."""
+    prediction_failure: str = ""
+    """Trigger stage only: why the surrogate could not be asked."""
+
+    @property
+    def cqi_error(self) -> float:
+        """Exact minus predicted CQI [-]; NaN before the end and without a prediction."""
+        return self._error(self.cqi, "cqi")
+
+    @property
+    def locked_pairs_error(self) -> float:
+        """Exact minus predicted locked pairs; NaN before the end and without a prediction."""
+        return self._error(self.locked_pairs, "locked_pairs")
+
+    def _error(self, exact: float, name: str) -> float:
+        if self.stage != Stage.FINAL or self.prediction is None:
+            return math.nan
+        return exact - getattr(self.prediction, name)
 
 
 class CaptureAssessor:
@@ -85,6 +102,7 @@ class CaptureAssessor:
         self._quality = quality
         self._progress_ns = progress_every * control.period_ns
         self._predictor = predictor
+        self._prediction: Prediction | None = None
         self._clock = clock
         self._recent: deque[NetSample] = deque(maxlen=_KEPT)
         self._last_progress = -1
@@ -161,11 +179,24 @@ class CaptureAssessor:
             )
             cqi, volume, area, distance = hull.cqi, hull.volume, hull.area, hull.distance
         text, held = self._judge(cqi, sample.locked_pairs, sample.source) if stage == Stage.FINAL else ("", False)
-        prediction = self._predictor.predict(sample) if self._predictor is not None and stage == Stage.TRIGGER else None
+        failure = self._predict(sample) if stage == Stage.TRIGGER else ""
+        prediction = None if stage == Stage.PROGRESS else self._prediction
         return Assessment(
             stage, sample.stamp_ns, cqi, volume, area, mouth_area(sample.mu_positions), distance, sample.locked_pairs,
-            sample.source, held, text, prediction,
+            sample.source, held, text, prediction, failure,
         )  # fmt: skip
+
+    def _predict(self, sample: NetSample) -> str:
+        """Ask the surrogate; returns why it could not be asked. Whatever is wrong with it, the verdict must come."""
+        if self._predictor is None:
+            return ""
+        if sample.source == FROM_MUS:
+            return "nothing measures the net"
+        try:
+            self._prediction = self._predictor.predict(sample)
+        except Exception as error:
+            return f"{type(error).__name__}: {error}"
+        return ""
 
     def _judge(self, cqi: float, locked_pairs: int, source: str) -> tuple[str, bool]:
         mission = self.mission

@@ -19,6 +19,7 @@ from tethernet_control.parameters import ParameterError
 from tethernet_control.ros import executor, topics
 from tethernet_control.ros.conversions import (
     MessageError,
+    Vector,
     coordinates,
     finite,
     mission_from,
@@ -59,10 +60,11 @@ class AssessorNode(Node):
         self._predictor_name = "" if predictor is None else parameters.predictor
         self._assessor = CaptureAssessor(self._mu_count, control, quality, parameters.progress_every, predictor)
         self._debris: tuple[float, float, float] | None = tuple(parameters.debris_position) or None
+        self._debris_velocity = (0.0, 0.0, 0.0)
         self._debris_ns = -1
         self._net_ns = -1
         self._waiting: deque[NetState] = deque(maxlen=_WAITING)
-        self._track: deque[tuple[int, tuple[float, float, float]]] = deque(maxlen=_WAITING)
+        self._track: deque[tuple[int, Vector, Vector]] = deque(maxlen=_WAITING)
         self._dropped = 0
 
         self._publisher = self.create_publisher(CaptureAssessment, topics.CAPTURE_ASSESSMENT, STATE)
@@ -107,7 +109,7 @@ class AssessorNode(Node):
 
     def _on_debris(self, data: bytes) -> None:
         try:
-            stamp_ns, position, _ = serialized_odometry_values(data)
+            stamp_ns, position, velocity = serialized_odometry_values(data)
         except MessageError as error:
             self._drop("debris odometry", str(error))
             return
@@ -117,9 +119,9 @@ class AssessorNode(Node):
             self._drop("debris odometry", "its stamp is older than the last one")
             return
         self._debris_ns = stamp_ns
-        if finite(*position):
-            self._debris = position
-            self._track.append((stamp_ns, position))
+        if finite(*position, *velocity):
+            self._debris, self._debris_velocity = position, velocity
+            self._track.append((stamp_ns, position, velocity))
         else:
             self._drop("debris odometry", "not finite; the last good one stands")
         self._assess_waiting()
@@ -132,15 +134,15 @@ class AssessorNode(Node):
                 return  # the debris' odometry of that time is still to come
             while len(self._track) > 1 and self._track[1][0] <= stamp_ns:
                 self._track.popleft()
-            debris_position = self._track[0][1] if self._track else self._debris
+            debris = self._track[0][1:] if self._track else (self._debris, self._debris_velocity)
             try:
-                sample = self._sample(self._waiting.popleft(), stamp_ns, debris_position)
+                sample = self._sample(self._waiting.popleft(), stamp_ns, *debris)
             except MessageError as error:
                 self._drop("net state", str(error))
                 continue
             self._publish(self._assessor.take_sample(sample))
 
-    def _sample(self, message: NetState, stamp_ns: int, debris_position) -> NetSample:
+    def _sample(self, message: NetState, stamp_ns: int, position: Vector, velocity: Vector) -> NetSample:
         arrays = [
             np.frombuffer(flat, np.float32)
             for flat in (message.knot_positions, message.knot_velocities, message.mu_positions, message.mu_velocities)
@@ -159,12 +161,13 @@ class AssessorNode(Node):
         return NetSample(
             stamp_ns,
             center,
-            debris_position,
+            position,
             sum(message.locked),
             mu_positions,
             knot_positions,
             knot_velocities,
             mu_velocities,
+            velocity,
         )
 
     # Where nothing but the MUs is measured
@@ -195,6 +198,8 @@ class AssessorNode(Node):
     def _publish(self, assessments: list[Assessment]) -> None:
         for assessment in assessments:
             self._publisher.publish(self._message(assessment))
+            if assessment.prediction_failure:
+                self.get_logger().warning(f"no prediction: {assessment.prediction_failure}")
             if assessment.verdict:
                 self.get_logger().info(assessment.verdict)
 
@@ -213,6 +218,8 @@ class AssessorNode(Node):
             source=a.source,
             captured=a.captured,
             verdict=a.verdict,
+            cqi_error=a.cqi_error,
+            locked_pairs_error=a.locked_pairs_error,
         )
         set_stamp(message.header.stamp, a.stamp_ns)
         message.header.frame_id = topics.FRAME

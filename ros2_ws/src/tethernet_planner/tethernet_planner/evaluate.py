@@ -67,12 +67,16 @@ def _arguments(argv: Sequence[str] | None) -> argparse.Namespace:
         prog="python -m tethernet_planner.evaluate", description="Fly many random scenarios in full, in process."
     )
     parser.add_argument("--mus", type=int, choices=(4, 8), required=True)
-    parser.add_argument("--policy", default=policies.NOMINAL, choices=policies.names())
+    parser.add_argument("--policy", default=policies.default(), metavar="POLICY", help=f"who aims: {policies.HELP}")
     parser.add_argument("--control", default="default", choices=("default", "paper"), help="paper: its law as printed")
     parser.add_argument("--scenarios", type=int, default=100, metavar="N", help="how many, default 100")
     parser.add_argument("--seed", type=int, default=0, help="of the list of scenarios, default 0")
     parser.add_argument("--output", type=Path, metavar="FILE.json", help="statistics and one record per scenario")
     options = parser.parse_args(argv)
+    try:
+        policies.check(options.policy, options.mus)
+    except policies.PolicyError as error:
+        parser.error(str(error))
     if options.scenarios < 1:
         parser.error(f"--scenarios {options.scenarios}: allowed: 1 or more")
     if options.seed < 0:

@@ -25,6 +25,7 @@ class NetSample:
     debris_position: tuple[float, float, float]
     """The debris' centre of mass [m]."""
     locked_pairs: int
+    """At this tick."""
     mu_positions: np.ndarray
     """[m], float32 as published, shape (M, 3), MU 1 first."""
     knot_positions: np.ndarray = field(default_factory=_nothing)
@@ -33,6 +34,8 @@ class NetSample:
     """[m/s], as the positions."""
     mu_velocities: np.ndarray = field(default_factory=_nothing)
     """[m/s], as the positions."""
+    debris_velocity: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    """Of the debris' centre of mass [m/s]."""
 
     @property
     def source(self) -> str:

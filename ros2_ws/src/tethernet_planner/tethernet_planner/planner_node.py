@@ -58,7 +58,7 @@ class PlannerNode(Node):
         super().__init__("planner", **NODE_OPTIONS)
         self._settings, control, self._rules = declare(self, *self.PARAMETERS)
         try:
-            policies.check(self._settings.policy)
+            policies.check(self._settings.policy, self._settings.mu_count)
         except policies.PolicyError as error:
             raise ParameterError(f"PlannerParameters.policy: {error}") from error
         mu_count = self._settings.mu_count
@@ -195,18 +195,19 @@ class PlannerNode(Node):
     ) -> PlanAimingPoints.Response:
         name = request.policy or self._settings.policy
         try:
-            points = self._plan(name, request.mu_count or self._settings.mu_count, coordinates(request.debris_position))
+            plan = self._plan(name, request.mu_count or self._settings.mu_count, coordinates(request.debris_position))
         except ValueError as error:
             response.success, response.message = False, str(error)
             return response
-        response.success, response.message, response.policy = True, f"{len(points)} aiming points", name
-        response.aiming_points = [point_message(point) for point in points]
+        response.success, response.policy = True, plan.policy
+        response.message = plan.message or f"{len(plan.points)} aiming points"
+        response.aiming_points = [point_message(point) for point in plan.points]
         return response
 
-    def _plan(self, name: str, mu_count: int, debris_position) -> list[policies.Point]:
+    def _plan(self, name: str, mu_count: int, debris_position) -> policies.Plan:
         design(mu_count)
         position = check_debris_position(debris_position, self._rules)
-        return policies.aiming_points(name, mu_count, position)
+        return policies.plan(name, mu_count, position)
 
     def _on_start(self, _request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         try:
@@ -235,7 +236,10 @@ class PlannerNode(Node):
             )
         if self._sequencer.mission.phase == Phase.WAITING:
             # Controllers will ask for it; better to know now that it cannot be had.
-            self._lookout.aiming_points = self._plan(self._settings.policy, self._settings.mu_count, self._debris)
+            plan = self._plan(self._settings.policy, self._settings.mu_count, self._debris)
+            self._lookout.aiming_points = plan.points
+            if plan.message:
+                self.get_logger().warning(plan.message)
         self._newest_measurement_s = time.monotonic()
         self._sequencer.start(self._debris, self._settings.policy)
 

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Protocol
 
+from . import shipped_models
 from .net_sample import NetSample
 
 
@@ -26,17 +28,20 @@ class Predictor(Protocol):
 
     def predict(self, sample: NetSample) -> Prediction:
         """Args:
-        sample: net, MUs and debris at the start of closing.
+        sample: net, MUs and debris at the start of closing; something has measured the net.
         """
 
 
 NONE = "none"
 
+SURROGATE = "surrogate"
+"""The trained surrogate that is shipped for the number of MUs."""
+
 _FACTORIES: dict[str, Callable[[int], Predictor]] = {}
 
 
 class PredictorError(ValueError):
-    """No predictor has this name."""
+    """No predictor has this name, or it cannot be loaded."""
 
 
 def register(name: str, factory: Callable[[int], Predictor]) -> None:
@@ -52,11 +57,53 @@ def register(name: str, factory: Callable[[int], Predictor]) -> None:
 def make(name: str, mu_count: int) -> Predictor | None:
     """The predictor with this name; None for ``none``.
 
+    Args:
+        name: a name, or the path of a surrogate's file.
+        mu_count: 4 or 8.
+
     Raises:
-        PredictorError: naming the allowed ones.
+        PredictorError: saying what is wrong and what is allowed.
     """
     if name == NONE:
         return None
-    if name not in _FACTORIES:
-        raise PredictorError(f"no predictor named {name!r}; allowed: {', '.join([NONE, *sorted(_FACTORIES)])}")
-    return _FACTORIES[name](mu_count)
+    if name in _FACTORIES:
+        return _FACTORIES[name](mu_count)
+    if name == SURROGATE or shipped_models.means_file(name):
+        return _trained(name, mu_count)
+    allowed = ", ".join([NONE, *sorted([*_FACTORIES, SURROGATE])])
+    raise PredictorError(
+        f"no predictor named {name!r}; allowed: {allowed}, or the path of a surrogate{shipped_models.SUFFIX}"
+    )
+
+
+def fingerprint(name: str, mu_count: int) -> str | None:
+    """Short hash of a surrogate's file; None for a predictor without one.
+
+    Raises:
+        PredictorError: when there is no such file.
+    """
+    if name in (NONE, *_FACTORIES):
+        return None
+    from .learning.model_file import file_fingerprint
+
+    return file_fingerprint(_file(name, mu_count))
+
+
+def _trained(name: str, mu_count: int) -> Predictor:
+    from .learning.surrogate_file import ModelFileError, Surrogate
+    from .surrogate_prediction import SurrogatePredictor
+
+    file = _file(name, mu_count)
+    try:
+        surrogate = Surrogate.load(file)
+        surrogate.check_design(mu_count)
+    except ModelFileError as error:
+        raise PredictorError(f"predictor {name}: {error}") from error
+    return SurrogatePredictor(surrogate)
+
+
+def _file(name: str, mu_count: int) -> Path:
+    try:
+        return shipped_models.find(shipped_models.SURROGATE, name, SURROGATE, mu_count)
+    except FileNotFoundError as error:
+        raise PredictorError(f"predictor {name}: {error}; {NONE} needs none") from error

@@ -34,7 +34,7 @@ class PlannerParameters:
     FILE: ClassVar[Path] = _CONFIG / "planner.yaml"
 
     mu_count: int = parameter("Number of MUs: 4 (winches close the net) or 8 (the MUs dock)", choices=(4, 8))
-    policy: str = parameter("Name of the policy that makes the aiming points")
+    policy: str = parameter("Policy that makes the aiming points: nominal, rl (the shipped model), or a model's path")
     simulated: bool = parameter(_SIMULATED)
     debris_position: tuple[float, ...] = parameter(_DEBRIS, unit="m", low=-1000.0, high=1000.0)
     silence_timeout_s: float = parameter(
@@ -63,7 +63,9 @@ class AssessorParameters:
     progress_every: int = parameter(
         "Control ticks between two progress reports; the capture quality costs some milliseconds", low=1, high=10000
     )
-    predictor: str = parameter("Name of the surrogate that predicts the outcome at the trigger; none: no prediction")
+    predictor: str = parameter(
+        "What predicts the outcome at the trigger: none, surrogate (the shipped model), or a model's path"
+    )
 
     def __post_init__(self):
         _check_debris(self)

@@ -116,7 +116,7 @@ def _parser() -> argparse.ArgumentParser:
 def _add_flight_options(command: argparse.ArgumentParser) -> None:
     add = command.add_argument
     add("--output", type=Path, required=True, metavar="FILE", help="outcomes, .parquet or .csv")
-    add("--policy", choices=policies.names(), default=policies.NOMINAL, help="who aims; default nominal")
+    add("--policy", default=policies.default(), metavar="POLICY", help=f"who aims: {policies.HELP}")
     add("--control", choices=("default", "paper"), default="default", help="paper: its law as printed")
     add(
         "--set", nargs="+", action="extend", default=[], metavar="PART.NAME=VALUE",

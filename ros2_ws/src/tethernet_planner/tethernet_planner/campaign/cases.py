@@ -45,9 +45,10 @@ def aim(cases: Sequence[Case], policy: str) -> list[Case]:
     """Let a policy aim every case that has no aiming points of its own; one that it fails at becomes an error.
 
     Raises:
-        PolicyError: when the policy is unknown.
+        PolicyError: when the policy is unknown, cannot be loaded, or was made for another design than one of the cases.
     """
-    policies.check(policy)
+    for mus in sorted({case.scenario.mus for case in cases}):
+        policies.check(policy, mus)
     return [case if case.scenario.aiming_offsets is not None else _aimed(case, policy) for case in cases]
 
 
@@ -56,9 +57,11 @@ def _aimed(case: Case, policy: str) -> Case:
         return dataclasses.replace(case, policy=policy)
     scenario = case.scenario
     try:
-        points = policies.aiming_points(policy, scenario.mus, scenario.debris_position)
+        plan = policies.plan(policy, scenario.mus, scenario.debris_position)
+        if plan.policy == policies.FALLBACK:
+            return dataclasses.replace(case, policy=plan.policy)
         nominal = nominal_aiming_points(scenario.mus, scenario.debris_position)
-        offsets = tuple((p[0] - n[0], p[1] - n[1]) for p, n in zip(points, nominal, strict=True))
+        offsets = tuple((p[0] - n[0], p[1] - n[1]) for p, n in zip(plan.points, nominal, strict=True))
         return dataclasses.replace(case, scenario=dataclasses.replace(scenario, aiming_offsets=offsets), policy=policy)
     except Exception as error:
         return dataclasses.replace(case, policy=policy, error=f"{type(error).__name__}: {error}")

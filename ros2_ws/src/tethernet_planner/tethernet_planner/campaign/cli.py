@@ -50,7 +50,9 @@ def _fly(options: argparse.Namespace) -> int:
     settings = _settings(options)
     cases, source = _cases(options, settings)
     cases = aim(cases, options.policy)
-    description = provenance.describe({**source, "policy": options.policy, "control": options.control}, cases, settings)
+    models = {str(mus): policies.fingerprint(options.policy, mus) for mus in {case.scenario.mus for case in cases}}
+    source |= {"policy": options.policy, "policy_models": models, "control": options.control}
+    description = provenance.describe(source, cases, settings)
     with Results(options.output, description) as results:
         if not results.complete and not _go_on(results, cases, settings, options.chunk):
             return INTERRUPTED

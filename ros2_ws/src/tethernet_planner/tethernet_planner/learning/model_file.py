@@ -7,10 +7,12 @@ import json
 import subprocess
 from dataclasses import asdict
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from tethernet_sim.fly import Settings
+if TYPE_CHECKING:  # numba behind it takes half a second, and who only reads a model needs none of it
+    from tethernet_sim.fly import Settings
 
 VERSION = 1
 """Of the format; readers refuse others."""

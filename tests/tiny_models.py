@@ -1,0 +1,40 @@
+"""Model files that know nothing but are whole: for tests of what stands around trained models."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from tethernet_planner.learning.net_features import feature_count
+from tethernet_planner.learning.policy_file import constant_policy
+from tethernet_planner.learning.surrogate_file import PredictionErrors, Surrogate
+
+
+def policy(path: Path, mus: int, dx: float = 0.5, dy: float = -0.3) -> Path:
+    """A policy that always moves every aiming point by (dx, dy) [m]."""
+    constant_policy(np.tile([dx, dy], (mus, 1)), about={"method": "none", "commit": "abc"}).save(path)
+    return path
+
+
+def surrogate(path: Path, mus: int, cqi: float = 1.5, pairs: float = 7.2, seen: int | None = None) -> Path:
+    """A surrogate that always predicts the same, and a capture with probability one half.
+
+    With ``seen`` the predicted number of locked pairs is ``pairs`` plus that one of its inputs.
+    """
+    inputs = feature_count(mus)
+    weight = np.zeros((4, inputs))
+    if seen is not None:
+        weight[1, seen] = 1.0
+    arrays = {
+        "weight_0": weight,
+        "bias_0": np.array([np.log(cqi), pairs, 0.02, 0.0]),
+        "input_mean": np.zeros(inputs),
+        "input_scale": np.ones(inputs),
+        "output_mean": np.zeros(3),
+        "output_scale": np.ones(3),
+        "calibration": np.array([1.0, 0.0]),
+    }
+    errors = {part: PredictionErrors() for part in ("all", "near", "far")}
+    Surrogate("mlp", mus, arrays, errors, {"commit": "abc"}).save(path)
+    return path
