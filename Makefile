@@ -6,18 +6,20 @@
 #   make test-all       the slow ones too
 #   make lint           linter and formatter, check only; `make format` puts right what they can
 #   make bench          all benchmarks                   BENCH=engine runs one, BENCH_ARGS=--smoke a short run
+#   make evaluate       policies on unseen scenarios     EVALUATE_ARGS="--mus 8 --policy PATH/policy.safetensors"
 #   make lock           pins all packages anew, after a change in requirements/
 #   make clean          removes the environment and all that was built
 
 PYTHON ?= python3
 BENCH ?= engine mission graph
 BENCH_ARGS ?=
+EVALUATE_ARGS ?=
 PYTEST_ARGS ?=
 TEST_WITH ?= test
 
 SETUP = $(PYTHON) -m bootstrap
 
-.PHONY: setup test test-all lint format bench lock clean
+.PHONY: setup test test-all lint format bench evaluate lock clean
 
 setup:
 	$(SETUP) mission
@@ -38,6 +40,9 @@ format:
 
 bench:
 	@set -e; for name in $(BENCH); do echo "benchmark $$name"; $(SETUP) bench -- -m benchmarks.$$name $(BENCH_ARGS); done
+
+evaluate:
+	$(SETUP) mission -- -m tethernet_planner.learning.evaluate_policies $(EVALUATE_ARGS)
 
 lock:
 	$(PYTHON) -m bootstrap.pins

@@ -2,6 +2,7 @@
 
 import subprocess
 import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -145,3 +146,13 @@ def test_flying_a_trained_policy_needs_no_torch(tmp_path):
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "[]"
+
+
+def test_every_shipped_model_can_be_loaded_and_has_a_card():
+    folder = Path(shipped_models.__file__).parent / "models"
+    for file in folder.glob("*.safetensors"):
+        kind, design = file.stem.split("_")
+        assert shipped_models.place(kind, int(design[0])).name == file.name
+        make = policies.check if kind == "policy" else prediction.make
+        make(str(file), int(design[0]))
+        assert f"# {file.stem}" in file.with_suffix(".md").read_text()

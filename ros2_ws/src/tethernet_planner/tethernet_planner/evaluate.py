@@ -53,12 +53,12 @@ def _interval(estimate: Estimate | None) -> list[float] | None:
     return None if estimate is None or math.isnan(estimate.low) else [estimate.low, estimate.high]
 
 
-def _plain(value):
+def plain(value):
     """NaN and infinity are no JSON."""
     if isinstance(value, dict):
-        return {key: _plain(item) for key, item in value.items()}
+        return {key: plain(item) for key, item in value.items()}
     if isinstance(value, list | tuple):
-        return [_plain(item) for item in value]
+        return [plain(item) for item in value]
     return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
@@ -99,7 +99,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     result = records(cases, outcomes)
     head = {name: getattr(options, name) for name in ("mus", "policy", "control", "seed")}
     if options.output:
-        text = json.dumps(_plain({**head, **result}), indent=2, allow_nan=False) + "\n"
+        text = json.dumps(plain({**head, **result}), indent=2, allow_nan=False) + "\n"
         write_whole(options.output, lambda partial: partial.write_text(text, encoding="utf-8"))
     _print(head, result)
     return 0

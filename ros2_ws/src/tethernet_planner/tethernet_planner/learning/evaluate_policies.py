@@ -1,0 +1,107 @@
+"""Fly policies on unseen scenarios in full (``python -m tethernet_planner.learning.evaluate_policies``)."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+import time
+from collections.abc import Sequence
+from pathlib import Path
+
+from tethernet_sim.fly import CHUNK, Settings
+from tethernet_sim.scenario import Outcome
+
+from .. import policies
+from ..campaign import pictures, tables
+from ..campaign.cases import outcome_columns, row
+from ..campaign.flight import cores
+from ..campaign.progress import Progress
+from ..evaluate import plain
+from . import evaluation_report, model_file, run_folder
+from .evaluation import Evaluated, as_json, contenders, evaluate
+from .model_file import ModelFileError
+from .seeds import Purpose
+
+RESULT, REPORT, PLOT, ROWS = "evaluation.json", "report.md", "fuel.png", "outcomes.csv"
+
+
+def _arguments(argv: Sequence[str] | None) -> argparse.Namespace:
+    parser = argparse.ArgumentParser(
+        prog="python -m tethernet_planner.learning.evaluate_policies",
+        description="Fly policies and the nominal aiming points on the same unseen scenarios with the same sensor "
+        "noise, in full simulation to the end of capture, and compare them with each other and with the paper.",
+        epilog=f"The folder gets {RESULT} (all of it), {REPORT} (the table), {PLOT} (box plots) and {ROWS} (a row for "
+        "each mission, as the campaign command writes and reads it).",
+    )
+    add = parser.add_argument
+    add("--mus", type=int, nargs="+", choices=(4, 8), default=[4, 8], help="designs; default both")
+    add(
+        "--policy", nargs="+", default=[policies.RL], metavar="POLICY",
+        help="rl (the shipped models; default) or paths of policy.safetensors, each for the design that it was made "
+        "for; the nominal points fly in any case, and alone with --policy nominal",
+    )  # fmt: skip
+    add("--scenarios", type=int, default=100, metavar="N", help="for each design and policy, default 100")
+    add("--seed", type=int, default=0, help="of the scenarios, from a stream that no training uses; default 0")
+    add("--output", type=Path, default=Path("runs/evaluation"), metavar="FOLDER", help="default runs/evaluation")
+    add("--chunk", type=int, default=CHUNK, metavar="N", help=f"missions flown together; default {CHUNK}")
+    options = parser.parse_args(argv)
+    for name, low in (("scenarios", 1), ("seed", 0), ("chunk", 1)):
+        if getattr(options, name) < low:
+            parser.error(f"--{name} {getattr(options, name)}: allowed: {low} or more")
+    return options
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Fly, print the table, write the files. Returns 0; 1 when they cannot be written, 2 for bad usage."""
+    options = _arguments(argv)
+    try:
+        chosen = contenders(options.policy, sorted(set(options.mus)))
+    except (policies.PolicyError, ModelFileError) as error:
+        print(f"error: {error}", file=sys.stderr)
+        return 2
+    try:
+        options.output.mkdir(parents=True, exist_ok=True)
+        return _run(options, chosen)
+    except OSError as error:
+        print(f"error: {error}", file=sys.stderr)
+        return 1
+
+
+def _run(options: argparse.Namespace, chosen: dict[int, list[str]]) -> int:
+    settings = Settings.load()
+    began = time.monotonic()
+    progress = Progress(options.scenarios * sum(map(len, chosen.values())))
+
+    def tell(outcomes: Sequence[Outcome]) -> None:
+        progress.add(len(outcomes), sum(bool(outcome.error) for outcome in outcomes))
+
+    evaluated = evaluate(chosen, options.scenarios, options.seed, settings, options.chunk, tell)
+    facts = {
+        "scenarios": options.scenarios,
+        "stream": Purpose.POLICY_EVALUATION.name,
+        "seed": options.seed,
+        "flight_parameters": model_file.settings_fingerprint(settings),
+        "commit": model_file.commit(),
+        "cores": cores(),
+        "wall_time_s": round(time.monotonic() - began, 1),
+    }
+    _write(options.output, facts, evaluated)
+    print(evaluation_report.table(evaluated))
+    print(f"{facts['wall_time_s']:.0f} s on {facts['cores']} cores; {options.output}")
+    return 0
+
+
+def _write(folder: Path, facts: dict, evaluated: Sequence[Evaluated]) -> None:
+    content = plain({**facts, "designs": as_json(evaluated)})
+    run_folder.write_text(folder / RESULT, json.dumps(content, indent=2, allow_nan=False) + "\n")
+    head = "\n".join(f"- {name}: {value}" for name, value in facts.items())
+    text = f"# Policies on unseen scenarios\n\n{head}\n\n{evaluation_report.table(evaluated)}\n![Fuel]({PLOT})\n"
+    run_folder.write_text(folder / REPORT, text)
+    pictures.save(evaluation_report.figure(evaluated), folder / PLOT)
+    flown = [pair for e in evaluated for name in e.cases for pair in zip(e.cases[name], e.outcomes[name], strict=True)]
+    tables.write(folder / ROWS, outcome_columns(), [row(i, *pair) for i, pair in enumerate(flown)])
+
+
+if __name__ == "__main__":
+    sys.exit(main())

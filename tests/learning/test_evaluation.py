@@ -1,0 +1,142 @@
+"""The evaluation of policies, with missions that are over within a second of flight; shipping; model cards."""
+
+import json
+import math
+import statistics
+
+import pytest
+
+from tests import tiny_models
+from tethernet_planner import policies, shipped_models
+from tethernet_planner.campaign.flight import failed
+from tethernet_planner.campaign.report import read, table
+from tethernet_planner.learning import evaluate_policies, evaluation, seeds, ship, task
+from tethernet_planner.learning.comparison import compare
+from tethernet_planner.learning.model_file import file_fingerprint
+from tethernet_sim.fly import Settings
+from tethernet_sim.scenario import Outcome, Scenario
+
+pytestmark = pytest.mark.learning
+
+
+@pytest.fixture(autouse=True)
+def shipped(monkeypatch, tmp_path):
+    """Nothing is shipped but what the test puts there."""
+    folder = tmp_path / "models"
+    monkeypatch.setattr(shipped_models, "FOLDER", folder)
+    policies._model.cache_clear()
+    yield folder
+    policies._model.cache_clear()
+
+
+@pytest.fixture
+def short(monkeypatch):
+    rules = {"trigger_distance_m": 50.0, "capture_duration_s": 1.0}
+    settings = Settings.load(mission=rules)
+    monkeypatch.setattr(Settings, "load", classmethod(lambda cls, **_: settings))
+    return settings
+
+
+def outcome(fuel, captured=True, seed=0):
+    return Outcome(captured, "", 1.0, 8, 20.0, 40.0, (fuel,) * 8, (0.0,) * 8, 500.0, 1.0, 0.1, seed, 8)
+
+
+def test_the_reduction_is_the_mean_over_pairs_with_its_interval():
+    nominal = [outcome(2.0), outcome(1.0), outcome(4.0, captured=False), failed(Scenario(mus=8, seed=0), "lost")]
+    policy = [outcome(1.8), outcome(1.1, captured=False), outcome(3.0), outcome(1.0)]
+    found = compare(nominal, policy)
+    assert (found.pairs, found.both, found.only_nominal, found.only_policy, found.neither) == (3, 1, 1, 1, 0)
+    assert found.reduction.value == pytest.approx((0.1 - 0.1 + 0.25) / 3)
+    half = 4.302653 * statistics.stdev([0.1, -0.1, 0.25]) / math.sqrt(3)
+    assert found.reduction.high - found.reduction.value == pytest.approx(half)
+    assert found.reduction_where_captured.value == pytest.approx(0.1)
+    assert found.saved_kg == pytest.approx((1.6, -0.8, 8.0))
+    with pytest.raises(ValueError, match="same scenarios"):
+        compare(nominal, [*policy[:3], outcome(1.0, seed=9)])
+
+
+def test_both_fly_the_same_unseen_scenarios_with_the_same_noise(short):
+    shipped_models.FOLDER.mkdir()
+    tiny_models.policy(shipped_models.place("policy", 8), 8)
+    [flown] = evaluation.evaluate({8: ["nominal", "rl"]}, 3, 5, short)
+    plain, aimed = ([case.scenario for case in flown.cases[name]] for name in ("nominal", "rl"))
+    assert plain == task.random_scenarios(8, seeds.Purpose.POLICY_EVALUATION, 5, 0, 3)
+    assert [(s.debris_position, s.seed) for s in plain] == [(s.debris_position, s.seed) for s in aimed]
+    assert [s.aiming_offsets is None for s in plain + aimed] == [True] * 3 + [False] * 3
+    assert flown.outcomes["nominal"] != flown.outcomes["rl"]
+    assert flown.compared()["rl"].pairs == 3
+
+
+def test_one_command_compares_both_designs_and_writes_everything(tmp_path, short, capsys):
+    files = [tiny_models.policy(tmp_path / f"p{mus}.safetensors", mus) for mus in (4, 8)]
+    words = ["--scenarios", "2", "--policy", *map(str, files), "--output", str(tmp_path / "out")]
+    assert evaluate_policies.main(words) == 0
+    printed = capsys.readouterr().out
+    assert "| 4 MUs, 2 scenarios | nominal |" in printed
+    assert "the paper's trained policy" in printed
+    result = json.loads((tmp_path / "out" / "evaluation.json").read_text())
+    assert result["stream"] == "POLICY_EVALUATION"
+    for mus, file, reduction in (("4", files[0], 0.11), ("8", files[1], 0.018)):
+        design = result["designs"][mus]
+        assert design["paper"]["reduction"] == reduction
+        assert list(design["policies"]) == ["nominal", str(file)]
+        own = design["policies"][str(file)]
+        assert own["model"] == file_fingerprint(file)
+        assert own["against_nominal"]["pairs"] == 2
+        assert len(own["scenarios"]) == 2
+    assert (tmp_path / "out" / "fuel.png").stat().st_size > 10_000
+    assert "![Fuel](fuel.png)" in (tmp_path / "out" / "report.md").read_text()
+    rows = read([tmp_path / "out" / "outcomes.csv"])
+    assert len(rows) == 8
+    assert len(table(rows)) == 5
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        ([], "no policy for 4 MUs is shipped"),
+        (["--policy", "missing.safetensors"], "there is no file"),
+        (["--policy", "best"], "no policy named 'best'"),
+        (["--mus", "8", "--policy", "FOUR"], "was made for 4 MUs; give --mus 4 too"),
+    ],
+)
+def test_wrong_policies_are_explained_before_anything_flies(tmp_path, capsys, words, message):
+    four = str(tiny_models.policy(tmp_path / "four.safetensors", 4))
+    words = [four if word == "FOUR" else word for word in words]
+    assert evaluate_policies.main([*words, "--output", str(tmp_path / "out")]) == 2
+    assert message in capsys.readouterr().err
+    assert not (tmp_path / "out").exists()
+
+
+def test_shipping_puts_a_model_where_its_name_looks_for_it_with_a_card(tmp_path, short, capsys):
+    policy = tiny_models.policy(tmp_path / "policy.safetensors", 8)
+    (tmp_path / "history.png").write_bytes(b"a picture")
+    out = tmp_path / "out"
+    words = ["--mus", "8", "--scenarios", "2", "--output", str(out)]
+    assert evaluate_policies.main([*words, "--policy", str(policy)]) == 0
+    assert ship.main([str(policy), "--evaluation", str(out / "evaluation.json")]) == 0
+    policies.check("rl", 8)
+    card = (shipped_models.FOLDER / "policy_8mus.md").read_text()
+    for words in (
+        "# policy_8mus",
+        "| commit | abc |",
+        "| against_nominal.pairs | 2 | - |",
+        "![Training](policy_8mus.png)",
+    ):
+        assert words in card
+    assert (shipped_models.FOLDER / "policy_8mus.png").read_bytes() == b"a picture"
+    assert ship.main([str(tiny_models.surrogate(tmp_path / "surrogate.safetensors", 4))]) == 0
+    assert "# surrogate_4mus" in (shipped_models.FOLDER / "surrogate_4mus.md").read_text()
+    (tmp_path / "noise.safetensors").write_bytes(b"noise")
+    capsys.readouterr()
+    assert ship.main([str(tmp_path / "noise.safetensors")]) == 2
+    assert "cannot be read as a model" in capsys.readouterr().err
+
+
+def test_a_card_with_the_scores_of_another_policy_is_refused(tmp_path, short, capsys):
+    flown, other = (tiny_models.policy(tmp_path / f"{dx}.safetensors", 8, dx) for dx in (0.5, 1.0))
+    out = tmp_path / "out"
+    assert evaluate_policies.main(["--mus", "8", "--scenarios", "1", "--policy", str(flown), "--output", str(out)]) == 0
+    assert ship.main([str(other), "--evaluation", str(out / "evaluation.json")]) == 2
+    assert "has not flown this policy" in capsys.readouterr().err
+    assert not shipped_models.place("policy", 8).exists()
