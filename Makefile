@@ -2,7 +2,8 @@
 #
 #   make setup          the environment a mission needs
 #   make test           all tests but the slow ones      PYTEST_ARGS="tests/unit -k winch" runs some
-#                                                      TEST_WITH="test learning": those that train too (torch)
+#                                                      TEST_WITH="test learning": those that train too (torch);
+#                                                      "test learning cluster": those on a Ray cluster too
 #   make test-all       the slow ones too
 #   make lint           linter and formatter, check only; `make format` puts right what they can
 #   make bench          all benchmarks                   BENCH=engine runs one, BENCH_ARGS=--smoke a short run

@@ -45,7 +45,8 @@ def unusable(places: Places, state: State | None, steps: Sequence[Step]) -> str:
     if state.done and (not interpreter or interpreter != state.interpreter):
         return f"its Python was {state.interpreter or 'unknown'} and is now {interpreter or 'missing'}"
     installers = [step for step in steps if step.installs]
-    if state.running in {step.name for step in installers} | {"venv", "packages", "test", "bench", "learning"}:
+    known = {"venv", "packages", "test", "bench", "learning", "cluster"}
+    if state.running in {step.name for step in installers} | known:
         return f"it was interrupted at the step '{state.running}'"
     for step in installers:
         if step.name in state.done and state.done[step.name] != step.fingerprint(places):

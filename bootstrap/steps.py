@@ -238,6 +238,7 @@ BENCH = Step(
 LEARNING = Step(
     "learning", "Installing what training needs", _installed("learning"), _install("learning"), installs=True
 )
+CLUSTER = Step("cluster", "Installing what a cluster needs", _installed("cluster"), _install("cluster"), installs=True)
 SOURCES = Step("sources", "Installing the project's own packages, in place", _sources_fingerprint, _install_sources)
 MESSAGES = Step(
     "messages",
@@ -258,6 +259,7 @@ PROFILES: dict[str, tuple[Step, ...]] = {
     "test": (*MISSION, TEST, BENCH),
     "bench": (*MISSION, BENCH),
     "learning": (*MISSION, LEARNING),
+    "cluster": (*MISSION, CLUSTER),
 }
 """What each use of the environment needs. The tests compare with what the benchmarks compare with, too."""
 
@@ -269,5 +271,6 @@ ROS_PROFILES: dict[str, tuple[Step, ...]] = {
     "test": (*ROS_MISSION, TEST, BENCH),
     "bench": (*ROS_MISSION, BENCH),
     "learning": (*ROS_MISSION, LEARNING),
+    "cluster": (*ROS_MISSION, CLUSTER),
 }
 """The same on top of a machine's own ROS 2, where colcon has built messages and packages."""

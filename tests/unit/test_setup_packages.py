@@ -36,7 +36,7 @@ def normal(name: str) -> str:
     return re.sub(r"[-_.]+", "-", name).lower()
 
 
-@pytest.mark.parametrize("name", ["installer", "run", "build", "test", "bench", "learning"])
+@pytest.mark.parametrize("name", ["installer", "run", "build", "test", "bench", "learning", "cluster"])
 def test_all_requirements_are_pinned_as_the_lock_says(name):
     lock = pins("constraints")
     assert {package: lock.get(package) for package in pins(name)} == pins(name)

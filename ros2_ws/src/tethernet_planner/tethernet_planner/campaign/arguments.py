@@ -10,7 +10,7 @@ from pathlib import Path
 from tethernet_sim.fly import CHUNK
 from tethernet_sim.scenario import FAILURES
 
-from .. import policies
+from .. import policies, workers
 
 PROGRAM = "python -m tethernet_planner.campaign"
 DESCRIPTION = """\
@@ -122,6 +122,7 @@ def _add_flight_options(command: argparse.ArgumentParser) -> None:
         "--set", nargs="+", action="extend", default=[], metavar="PART.NAME=VALUE",
         help="parameters to replace, PART is physics, control, mission or quality: control.kp=12",
     )  # fmt: skip
+    add("--cluster", metavar="ADDRESS", help=workers.HELP)
     add("--chunk", type=_positive, default=CHUNK, metavar="N", help=f"missions flown together; default {CHUNK}")
 
 

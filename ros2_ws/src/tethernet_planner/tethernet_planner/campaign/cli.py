@@ -12,6 +12,7 @@ from tethernet_control.parameters import ParameterError
 from tethernet_sim.fly import Settings
 
 from .. import policies
+from ..workers import ClusterError
 from . import attitude_map, pictures, provenance, report, scenario_file, sources, tumble_map
 from .arguments import parse
 from .cases import Case, aim, row
@@ -40,7 +41,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     except (CampaignError, ParameterError, policies.PolicyError) as error:
         print(f"campaign: {error}", file=sys.stderr)
         return USAGE
-    except OSError as error:
+    except (OSError, ClusterError) as error:
         print(f"campaign: {error}", file=sys.stderr)
         return FAULT
 
@@ -54,21 +55,22 @@ def _fly(options: argparse.Namespace) -> int:
     source |= {"policy": options.policy, "policy_models": models, "control": options.control}
     description = provenance.describe(source, cases, settings)
     with Results(options.output, description) as results:
-        if not results.complete and not _go_on(results, cases, settings, options.chunk):
+        if not results.complete and not _go_on(results, cases, settings, options):
             return INTERRUPTED
         print(f"{options.output}: {len(cases)} missions")
         print("\n".join(report.table(results.rows)))
     return 0
 
 
-def _go_on(results: Results, cases: Sequence[Case], settings: Settings, chunk: int) -> bool:
+def _go_on(results: Results, cases: Sequence[Case], settings: Settings, options: argparse.Namespace) -> bool:
     """Fly what is not flown yet; False when interrupted."""
     done = len(results.rows)
     before = f", {done} flown before" if done else ""
-    print(f"{len(cases)} missions{before}; {chunk} at a time on {cores()} cores", file=sys.stderr)
+    where = f"on the cluster at {options.cluster}" if options.cluster else f"on {cores()} cores"
+    print(f"{len(cases)} missions{before}; {options.chunk} at a time {where}", file=sys.stderr)
     progress = Progress(len(cases), done)
     try:
-        for flown in fly_chunks(cases[done:], settings, chunk):
+        for flown in fly_chunks(cases[done:], settings, options.chunk, options.cluster):
             begin = len(results.rows)
             results.add([row(begin + i, cases[begin + i], outcome) for i, outcome in enumerate(flown)])
             progress.add(len(flown), sum(bool(outcome.error) for outcome in flown))

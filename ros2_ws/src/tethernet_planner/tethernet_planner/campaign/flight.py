@@ -2,28 +2,36 @@
 
 from __future__ import annotations
 
+import functools
 import math
 from collections.abc import Iterator, Sequence
 
 from tethernet_sim.fly import CHUNK, Settings, fly_many
 from tethernet_sim.scenario import Outcome, Scenario
 
+from .. import workers
 from .cases import Case
 
 
-def fly_chunks(cases: Sequence[Case], settings: Settings, chunk: int = CHUNK) -> Iterator[list[Outcome]]:
-    """Fly cases in chunks, each on all cores.
+def fly_chunks(
+    cases: Sequence[Case], settings: Settings, chunk: int = CHUNK, cluster: str | None = None
+) -> Iterator[list[Outcome]]:
+    """Fly cases in chunks, each on all cores of this machine or on one of a cluster.
 
     Args:
         cases: what to fly.
         settings: parameters of all flights.
         chunk: so many cases at a time.
+        cluster: see :func:`tethernet_planner.workers.run`.
 
     Yields:
         The outcomes of the next cases, in their order.
+
+    Raises:
+        ClusterError: when the cluster cannot be used.
     """
-    for begin in range(0, len(cases), chunk):
-        yield fly_cases(cases[begin : begin + chunk], settings)
+    chunks = [cases[begin : begin + chunk] for begin in range(0, len(cases), chunk)]
+    yield from workers.run(functools.partial(fly_cases, settings=settings), chunks, cluster)
 
 
 def fly_cases(cases: Sequence[Case], settings: Settings) -> list[Outcome]:

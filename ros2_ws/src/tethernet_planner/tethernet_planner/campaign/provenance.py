@@ -2,24 +2,19 @@
 
 from __future__ import annotations
 
-import hashlib
 import importlib.metadata
 import json
 import platform
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict
-from pathlib import Path
 from typing import Any
 
-import tethernet_control
-import tethernet_sim
 from tethernet_sim.fly import Settings
 
+from ..source_digest import digest, source_digest
 from .cases import Case
 
 FORMAT = 1
-FLOWN_BY = (tethernet_control, tethernet_sim)
-"""The packages whose code decides what comes out."""
 SHOWN_DIFFERENCES = 8
 
 
@@ -35,9 +30,9 @@ def describe(source: Mapping[str, Any], cases: Sequence[Case], settings: Setting
         "format": FORMAT,
         "source": dict(source),
         "scenarios": len(cases),
-        "scenarios_sha256": _digest(repr(case).encode() for case in cases),
+        "scenarios_sha256": digest(repr(case).encode() for case in cases),
         "settings": asdict(settings),
-        "code_sha256": _digest(_code()),
+        "code_sha256": source_digest(),
         "versions": {
             "python": ".".join(platform.python_version_tuple()[:2]),
             **{name: importlib.metadata.version(name) for name in ("numpy", "numba")},
@@ -71,18 +66,3 @@ def _leaves(value: Any, path: str = "") -> Iterator[tuple[str, Any]]:
 def _text(key: str, values: Mapping[str, Any]) -> str:
     value = values.get(key, "nothing")
     return str(value)[:12] if key.endswith("sha256") else str(value)
-
-
-def _digest(parts: Iterator[bytes]) -> str:
-    digest = hashlib.sha256()
-    for part in parts:
-        digest.update(len(part).to_bytes(8, "little") + part)
-    return digest.hexdigest()
-
-
-def _code() -> Iterator[bytes]:
-    for package in FLOWN_BY:
-        folder = Path(package.__file__).parent
-        for path in sorted(folder.rglob("*.py")):
-            yield f"{package.__name__}/{path.relative_to(folder)}".encode()
-            yield path.read_bytes()

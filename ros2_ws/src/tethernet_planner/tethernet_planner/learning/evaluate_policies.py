@@ -12,7 +12,7 @@ from pathlib import Path
 from tethernet_sim.fly import CHUNK, Settings
 from tethernet_sim.scenario import Outcome
 
-from .. import policies
+from .. import policies, workers
 from ..campaign import pictures, tables
 from ..campaign.cases import outcome_columns, row
 from ..campaign.flight import cores
@@ -45,6 +45,7 @@ def _arguments(argv: Sequence[str] | None) -> argparse.Namespace:
     add("--seed", type=int, default=0, help="of the scenarios, from a stream that no training uses; default 0")
     add("--output", type=Path, default=Path("runs/evaluation"), metavar="FOLDER", help="default runs/evaluation")
     add("--chunk", type=int, default=CHUNK, metavar="N", help=f"missions flown together; default {CHUNK}")
+    add("--cluster", metavar="ADDRESS", help=workers.HELP)
     options = parser.parse_args(argv)
     for name, low in (("scenarios", 1), ("seed", 0), ("chunk", 1)):
         if getattr(options, name) < low:
@@ -53,7 +54,7 @@ def _arguments(argv: Sequence[str] | None) -> argparse.Namespace:
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """Fly, print the table, write the files. Returns 0; 1 when they cannot be written, 2 for bad usage."""
+    """Fly, print the table, write the files. Returns 0; 1 for a folder or cluster that fails, 2 for bad usage."""
     options = _arguments(argv)
     try:
         chosen = contenders(options.policy, sorted(set(options.mus)))
@@ -63,7 +64,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     try:
         options.output.mkdir(parents=True, exist_ok=True)
         return _run(options, chosen)
-    except OSError as error:
+    except (OSError, workers.ClusterError) as error:
         print(f"error: {error}", file=sys.stderr)
         return 1
 
@@ -76,19 +77,19 @@ def _run(options: argparse.Namespace, chosen: dict[int, list[str]]) -> int:
     def tell(outcomes: Sequence[Outcome]) -> None:
         progress.add(len(outcomes), sum(bool(outcome.error) for outcome in outcomes))
 
-    evaluated = evaluate(chosen, options.scenarios, options.seed, settings, options.chunk, tell)
+    evaluated = evaluate(chosen, options.scenarios, options.seed, settings, options.chunk, options.cluster, tell)
     facts = {
         "scenarios": options.scenarios,
         "stream": Purpose.POLICY_EVALUATION.name,
         "seed": options.seed,
         "flight_parameters": model_file.settings_fingerprint(settings),
         "commit": model_file.commit(),
-        "cores": cores(),
+        "flown_on": f"the cluster at {options.cluster}" if options.cluster else f"{cores()} cores",
         "wall_time_s": round(time.monotonic() - began, 1),
     }
     _write(options.output, facts, evaluated)
     print(evaluation_report.table(evaluated))
-    print(f"{facts['wall_time_s']:.0f} s on {facts['cores']} cores; {options.output}")
+    print(f"{facts['wall_time_s']:.0f} s on {facts['flown_on']}; {options.output}")
     return 0
 
 

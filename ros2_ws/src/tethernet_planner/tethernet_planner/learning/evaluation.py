@@ -72,6 +72,7 @@ def evaluate(
     seed: int,
     settings: Settings,
     chunk: int = CHUNK,
+    cluster: str | None = None,
     progress: Callable[[Sequence[Outcome]], None] = lambda _: None,
 ) -> list[Evaluated]:
     """Fly every policy on the scenarios of the stream that is kept for this.
@@ -82,12 +83,13 @@ def evaluate(
         seed: of the scenarios.
         settings: of the flights.
         chunk: so many missions at a time.
+        cluster: see :func:`tethernet_planner.workers.run`.
         progress: gets the outcomes that have come.
     """
     aimed = {mus: {name: _cases(mus, name, count, seed) for name in names} for mus, names in chosen.items()}
     flights = [case for by_policy in aimed.values() for cases in by_policy.values() for case in cases]
     flown: list[Outcome] = []
-    for outcomes in fly_chunks(flights, settings, chunk):
+    for outcomes in fly_chunks(flights, settings, chunk, cluster):
         flown += outcomes
         progress(outcomes)
     rest = iter(flown)

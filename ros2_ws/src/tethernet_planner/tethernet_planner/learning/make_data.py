@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import argparse
 import dataclasses
+import functools
 import sys
 import time
 from collections.abc import Sequence
@@ -15,6 +16,7 @@ from pathlib import Path
 from tethernet_sim.fly import Settings
 from tethernet_sim.scenario import Scenario
 
+from .. import workers
 from . import data_set, model_file, run_folder, task
 from .progress import Progress
 from .seeds import Purpose, generators
@@ -49,11 +51,52 @@ def scenarios(mus: int, split: str, seed: int, begin: int, count: int) -> list[S
     return spread
 
 
-def make(folder: Path, mus: int, split: str, count: int, seed: int, settings: Settings, about: dict) -> Path:
+@dataclasses.dataclass(frozen=True)
+class Part:
+    """Some scenarios of a data set that are flown and written down together."""
+
+    mus: int
+    split: str
+    """One of SPLITS."""
+    seed: int
+    begin: int
+    """Number of the first."""
+    count: int
+
+    def fly(self, settings: Settings) -> list[dict]:
+        """The rows of the table."""
+        flown = scenarios(self.mus, self.split, self.seed, self.begin, self.count)
+        outcomes, seen = fly_and_look(flown, settings, stop_at_trigger=False)
+        return data_set.rows(self.begin, flown, outcomes, seen)
+
+
+def make(
+    folder: Path,
+    mus: int,
+    split: str,
+    count: int,
+    seed: int,
+    settings: Settings,
+    about: dict,
+    cluster: str | None = None,
+) -> Path:
     """Fly one split, part by part; parts that are there already are kept.
+
+    Args:
+        folder: gets the file, and a folder with its parts.
+        mus: 4 or 8.
+        split: one of SPLITS.
+        count: scenarios in all.
+        seed: of the data set.
+        settings: of the flights.
+        about: facts for the file's head.
+        cluster: see :func:`tethernet_planner.workers.run`.
 
     Returns:
         The file with all of it.
+
+    Raises:
+        ClusterError: when the cluster cannot be used.
     """
     import pyarrow as pa
     import pyarrow.parquet as pq
@@ -61,18 +104,17 @@ def make(folder: Path, mus: int, split: str, count: int, seed: int, settings: Se
     parts = folder / f"{split}.parts"
     parts.mkdir(exist_ok=True)
     form = data_set.schema(mus, {**about, "split": split, "count": count})
-    files = []
-    done = sum(min(PART, count - begin) for begin in range(0, count, PART) if (parts / f"{begin:06d}.parquet").exists())
+    files = {
+        parts / f"{begin:06d}.parquet": Part(mus, split, seed, begin, min(PART, count - begin))
+        for begin in range(0, count, PART)
+    }
+    missing = [file for file in files if not file.exists()]
+    done = count - sum(files[file].count for file in missing)
     progress = Progress(f"{split} scenarios with {mus} MUs", count, done)
-    for begin in range(0, count, PART):
-        size = min(PART, count - begin)
-        files.append(parts / f"{begin:06d}.parquet")
-        if files[-1].exists():
-            continue
-        flown = scenarios(mus, split, seed, begin, size)
-        outcomes, seen = fly_and_look(flown, settings, stop_at_trigger=False)
-        data_set.write(files[-1], pa.Table.from_pylist(data_set.rows(begin, flown, outcomes, seen), form))
-        done += size
+    flown = workers.run(functools.partial(Part.fly, settings=settings), [files[file] for file in missing], cluster)
+    for file, rows in zip(missing, flown, strict=True):
+        data_set.write(file, pa.Table.from_pylist(rows, form))
+        done += files[file].count
         progress.tell(done)
     whole = folder / f"{split}.parquet"
     data_set.write(
@@ -92,6 +134,7 @@ def _arguments(argv: Sequence[str] | None) -> argparse.Namespace:
     parser.add_argument("--train", type=int, metavar="N", help="training scenarios, default 2540 (4 MUs) or 2790 (8)")
     parser.add_argument("--test", type=int, default=TEST_COUNT, metavar="N", help="test scenarios, default 200")
     parser.add_argument("--seed", type=int, default=0, help="of the data set, default 0")
+    parser.add_argument("--cluster", metavar="ADDRESS", help=workers.HELP)
     options = parser.parse_args(argv)
     options.train = TRAIN_COUNT[options.mus] if options.train is None else options.train
     for name in ("train", "test"):
@@ -103,7 +146,7 @@ def _arguments(argv: Sequence[str] | None) -> argparse.Namespace:
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """Fly and write. Returns 0; 2 for bad usage or a folder with another run."""
+    """Fly and write. Returns 0; 1 for a cluster that cannot be used, 2 for bad usage or a folder with another run."""
     options = _arguments(argv)
     settings = Settings.load()
     counts = {"train": options.train, "test": options.test}
@@ -120,7 +163,12 @@ def main(argv: Sequence[str] | None = None) -> int:
     about = {**facts, "commit": model_file.commit(), "settings": dataclasses.asdict(settings)}
     for split, count in counts.items():
         began = time.monotonic()
-        captures = data_set.read(make(options.output, options.mus, split, count, options.seed, settings, about))
+        try:
+            file = make(options.output, options.mus, split, count, options.seed, settings, about, options.cluster)
+        except workers.ClusterError as error:
+            print(f"error: {error}", file=sys.stderr)
+            return 1
+        captures = data_set.read(file)
         share = captures.failures / captures.scenarios
         lost = int((~captures.captured).sum())
         print(
