@@ -112,6 +112,7 @@ def test_an_output_folder_that_cannot_be_written_is_refused_at_once(tmp_path, do
         (("--debris", "0", "0", "nan"), "finite"),
         (("--params", "/nowhere.yaml"), "/nowhere.yaml"),
         (("--policy", "best"), "allowed: nominal"),
+        (("--policy", "/nowhere/policy.safetensors"), "there is no file /nowhere/policy.safetensors"),
     ],
 )
 def test_bad_usage_starts_nothing(tmp_path, domain_id, words, message):
