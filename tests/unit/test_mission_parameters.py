@@ -93,7 +93,7 @@ def test_all_nodes_that_have_it_take_a_parameter_given_for_all(tmp_path):
 def test_one_controller_may_be_tuned_alone(tmp_path):
     setup = resolved("", tmp_path, under("/mu3_controller", kp=11.0))
     assert setup.nodes["mu3_controller"]["kp"] == 11.0
-    assert setup.nodes["mu4_controller"]["kp"] == 10.0
+    assert setup.nodes["mu4_controller"]["kp"] == defaults(ControlParameters)["kp"]
 
 
 def test_the_written_file_flies_the_same_mission_again(tmp_path):

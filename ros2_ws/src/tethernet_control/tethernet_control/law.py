@@ -40,6 +40,8 @@ class Law(NamedTuple):
     closing_dead_band: float  # [m/s]
     closing_response: float  # [s]
     shortest_to_go: float  # [s]
+    hold_kp: float  # [N/m]
+    hold_kd: float  # [N s/m]
 
 
 def reference(p, elapsed, closing_elapsed, closing_duration, start, aim, close, desired, speed, push):
@@ -153,11 +155,11 @@ def intercept_thrust(p, position, velocity, target, time_to_go, thrust):
 
 
 def hold_thrust(p, position, velocity, target, thrust):
-    """Closing, when the MUs should have met: the PID's proportional and derivative parts hold the MU at ``target``
-    against the net's pull; written to ``thrust`` [N].
+    """Closing, when the MUs should have met: a spring and a damper hold the MU at ``target`` against the net's pull;
+    written to ``thrust`` [N].
     """
     for axis in range(3):
-        thrust[axis] = p.kp * (target[axis] - position[axis]) - p.kd * velocity[axis]
+        thrust[axis] = p.hold_kp * (target[axis] - position[axis]) - p.hold_kd * velocity[axis]
 
 
 def fire(p, period, carry, thrust):

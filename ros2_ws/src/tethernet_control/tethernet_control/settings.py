@@ -94,6 +94,10 @@ class ControlParameters:
     closing_shortest_s: float = parameter(
         "intercept: the time to go never counts as less", unit="s", low=0.1, high=10.0
     )
+    closing_hold_kp: float = parameter(
+        "intercept: spring to the meeting place once the MUs should have met", unit="N/m", low=0.0, high=1e4
+    )
+    closing_hold_kd: float = parameter("intercept: damper likewise", unit="N s/m", low=0.0, high=1e4)
     status_every: int = parameter("Control periods between two status messages when nothing changes", low=1, high=1000)
 
     @property
@@ -127,6 +131,8 @@ class ControlParameters:
             closing_dead_band=self.closing_dead_band_m_s,
             closing_response=self.closing_response_s,
             shortest_to_go=self.closing_shortest_s,
+            hold_kp=self.closing_hold_kp,
+            hold_kd=self.closing_hold_kd,
         )
 
 

@@ -15,11 +15,10 @@ from .. import policies
 from ..workers import ClusterError
 from . import attitude_map, pictures, provenance, report, scenario_file, sources, tumble_map
 from .arguments import parse
-from .cases import Case, aim, row
+from .cases import Case, aim
 from .errors import CampaignError
-from .flight import cores, fly_chunks
-from .progress import Progress
 from .results import Results
+from .run import go_on
 
 FAULT, USAGE, INTERRUPTED = 1, 2, 130
 MAPS = {"attitude": attitude_map.draw, "tumble": tumble_map.draw}
@@ -55,33 +54,11 @@ def _fly(options: argparse.Namespace) -> int:
     source |= {"policy": options.policy, "policy_models": models, "control": options.control}
     description = provenance.describe(source, cases, settings)
     with Results(options.output, description) as results:
-        if not results.complete and not _go_on(results, cases, settings, options):
+        if not results.complete and not go_on(results, cases, settings, options.chunk, options.cluster):
             return INTERRUPTED
         print(f"{options.output}: {len(cases)} missions")
         print("\n".join(report.table(results.rows)))
     return 0
-
-
-def _go_on(results: Results, cases: Sequence[Case], settings: Settings, options: argparse.Namespace) -> bool:
-    """Fly what is not flown yet; False when interrupted."""
-    done = len(results.rows)
-    before = f", {done} flown before" if done else ""
-    where = f"on the cluster at {options.cluster}" if options.cluster else f"on {cores()} cores"
-    print(f"{len(cases)} missions{before}; {options.chunk} at a time {where}", file=sys.stderr)
-    progress = Progress(len(cases), done)
-    try:
-        for flown in fly_chunks(cases[done:], settings, options.chunk, options.cluster):
-            begin = len(results.rows)
-            results.add([row(begin + i, cases[begin + i], outcome) for i, outcome in enumerate(flown)])
-            progress.add(len(flown), sum(bool(outcome.error) for outcome in flown))
-        results.finish()
-    except KeyboardInterrupt:
-        print(
-            f"interrupted; {len(results.rows)} of {len(cases)} missions are kept, the same command goes on",
-            file=sys.stderr,
-        )
-        return False
-    return True
 
 
 def _settings(options: argparse.Namespace) -> Settings:

@@ -1,0 +1,43 @@
+"""The same scenarios under different settings."""
+
+import pytest
+
+from tethernet_control.parameters import load
+from tethernet_control.settings import ControlParameters, MissionParameters
+from tethernet_planner.campaign import sweep
+from tethernet_sim.fly import Settings
+
+
+def test_every_option_and_winch_has_settings_that_load():
+    options, winches = sweep.option_settings(), sweep.winch_settings()
+    assert options["paper as printed"] == Settings.paper()
+    assert options["default"] == Settings.load()
+    assert len({repr(s) for s in options.values()}) == len(options), "no two options are the same"
+    assert len({repr(s) for s in winches.values()}) == len(sweep.SPEEDS_M_S) * len(sweep.TENSIONS_N)
+    assert load(ControlParameters).closing_law == "intercept"
+    assert options["default, fixed closing place"].mission.closing_plan == "fixed"
+    assert load(MissionParameters).closing_plan == "planned"
+
+
+def test_a_sweep_goes_on_where_it_stood_and_makes_a_table(tmp_path, capsys, monkeypatch):
+    short = {"a": Settings.load(mission={"give_up_s": 2.0}), "b": Settings.load(mission={"give_up_s": 3.0})}
+    monkeypatch.setattr(sweep, "option_settings", lambda: short)
+    words = ["options", "--mus", "8", "--scenarios", "2", "--output", str(tmp_path)]
+    assert sweep.main(words) == 0
+    lines = (tmp_path / "options_8mu.md").read_text().splitlines()
+    assert lines[2].startswith("| a | 0 % | 0.0")
+    assert len(lines) == 4
+    written = {path.name: path.stat().st_mtime_ns for path in tmp_path.glob("*.csv")}
+    assert len(written) == 2
+    assert sweep.main(words) == 0
+    assert {path.name: path.stat().st_mtime_ns for path in tmp_path.glob("*.csv")} == written, "nothing is flown again"
+    capsys.readouterr()
+    assert sweep.main([*words[:4], "3", *words[5:]]) == 2
+    assert "sweep: " in capsys.readouterr().err
+
+
+def test_wrong_words_are_explained(capsys):
+    with pytest.raises(SystemExit) as ended:
+        sweep.main(["options", "--scenarios", "0", "--output", "x"])
+    assert ended.value.code == 2
+    assert "1 or more" in capsys.readouterr().err
