@@ -10,6 +10,8 @@ import pytest
 from tests.ros.mission_command import FLYING, MissionCommand, read_bag
 from tethernet_bringup import shared_memory
 from tethernet_bringup.salvage import salvage
+from tethernet_control import closing
+from tethernet_control.ros.conversions import mission_from
 
 pytestmark = pytest.mark.ros
 LOCKSTEP = ("--pace", "lockstep")
@@ -43,6 +45,21 @@ def test_a_controller_killed_in_flight_is_reported_and_the_mission_goes_on(tmp_p
         # Some names are used again by whatever else runs on this machine.
         in_use = shared_memory.held_by(int(p.name) for p in Path("/proc").iterdir() if p.name.isdigit())
         assert [name for name in segments - in_use if (shared_memory.FOLDER / name).exists()] == []
+
+
+def test_the_others_close_the_net_when_a_controller_is_killed_in_flight(tmp_path, domain_id):
+    with MissionCommand(tmp_path / "runs", domain_id, *LOCKSTEP) as mission:
+        mission.wait_for(FLYING)
+        mission.kill_node("mu3_controller")
+        assert mission.finish() == 0, mission.text
+        states = [mission_from(message) for message in read_bag(mission.run)["/mission/state"]]
+        planned = next(state for state in states if state.closing_points)
+        assert closing.bunches(planned.closing_points) == [[1, 5, 2, 6, 4, 8, 7]], "the closing leaves the lost one out"
+        outcome = mission.outcome
+        assert outcome["captured"] is True
+        assert outcome["lost_controllers"] == [3]
+        assert outcome["locked_pairs"] >= 6
+        assert outcome["fuel_kg"][2] < min(fuel for mu, fuel in enumerate(outcome["fuel_kg"]) if mu != 2)
 
 
 @pytest.mark.parametrize("node", ["planner", "sim", "assessor", "recorder", "mu5_controller"])
