@@ -23,10 +23,10 @@ class PhysicsParameters:
     FILE: ClassVar[Path] = _CONFIG / "physics.yaml"
 
     time_step_s: float = parameter(
-        "Step of the semi-implicit Euler integration; 2e-4 s is beyond the stability limit of the threads",
+        "Step of the semi-implicit Euler integration; beyond 1.45e-4 s the threads of the rim are unstable",
         unit="s",
         low=1e-6,
-        high=1.5e-4,
+        high=1.4e-4,
     )
     mesh_m: float = parameter(
         "Length of a thread between two knots [D: 23 x 23 knots, 22 m side]", unit="m", low=0.1, high=10.0
