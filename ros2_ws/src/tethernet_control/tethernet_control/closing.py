@@ -123,9 +123,10 @@ def plan(seen: Sight, rules: MissionParameters) -> ClosingPlan:
         rules: size of the debris, clearances, durations.
     """
     best, best_rank = None, None
+    meeting_after = {duration: _Places(seen, rules, duration) for duration in _durations(rules)}
     for groups in _groupings(seen.lost):
-        duration = rules.closing_duration_s if len(groups) == 1 else rules.bunch_duration_s
-        places = _Places(seen, rules, duration)
+        duration = _durations(rules)[len(groups) > 1]
+        places = meeting_after[duration]
         chosen = [places.best(group) for group in groups]
         pairs = 8 if groups == [list(_RING)] else sum(len(group) - 1 for group in groups)
         violation = sum(place.violation for place in chosen)
@@ -139,6 +140,11 @@ def plan(seen: Sight, rules: MissionParameters) -> ClosingPlan:
         for mu in group:
             points[mu - 1] = place.point
     return ClosingPlan(tuple(points), duration, pairs, not best_rank[0])
+
+
+def _durations(rules: MissionParameters) -> tuple[float, float]:
+    """Time to one meeting place, and to two [s]."""
+    return rules.closing_duration_s, rules.bunch_duration_s
 
 
 def bunches(closing_points: Sequence[Point]) -> list[list[int]]:
@@ -247,6 +253,7 @@ class _Places:
             for time in ([duration, _HALFWAY * duration, duration + _HOLD_S] if tumbles else [duration])
         ]
         """The long axis when the MUs meet, and, where it turns in the meantime, on their way and while they dock."""
+        self._outlines = [[Outline(axis, side, *self._size) for axis in self._axes] for side in _SIDEWAYS]
 
     def best(self, bunch: list[int]) -> _Place:
         """The place for these MUs (from 1) with the least violation, then the least cost."""
@@ -258,7 +265,7 @@ class _Places:
         cost = np.zeros(len(targets))
         for m in members:
             way = absolute - self._seen.mu_positions[m]
-            paths = [Outline(axis, _SIDEWAYS[m], *self._size).path_length(targets) for axis in self._axes]
+            paths = [outline.path_length(targets) for outline in self._outlines[m]]
             spare = REACH_M[m] - np.max(paths, axis=0)
             violation += np.maximum(rules.closing_slack_m - spare, 0.0) + self._in_the_way(m, way)
             if len(members) <= _MANY:

@@ -26,6 +26,7 @@ from tethernet_control.ros.conversions import (
     nanoseconds,
     set_stamp,
 )
+from tethernet_control.ros.newest_odometry import NewestOdometry
 from tethernet_control.ros.parameters import NODE_OPTIONS, declare
 from tethernet_control.ros.qos import BULK, CONTROL, STATE, STATE_BACKLOG
 from tethernet_control.ros.serialized_odometry import serialized_odometry_values
@@ -59,9 +60,7 @@ class AssessorNode(Node):
             raise ParameterError(f"AssessorParameters.predictor: {error}") from error
         self._predictor_name = "" if predictor is None else parameters.predictor
         self._assessor = CaptureAssessor(self._mu_count, control, quality, parameters.progress_every, predictor)
-        self._debris: tuple[float, float, float] | None = tuple(parameters.debris_position) or None
-        self._debris_velocity = (0.0, 0.0, 0.0)
-        self._debris_ns = -1
+        self._debris = NewestOdometry("debris odometry", self._drop, tuple(parameters.debris_position) or None)
         self._net_ns = -1
         self._waiting: deque[NetState] = deque(maxlen=_WAITING)
         self._track: deque[tuple[int, Vector, Vector]] = deque(maxlen=_WAITING)
@@ -108,33 +107,21 @@ class AssessorNode(Node):
         self._assess_waiting()
 
     def _on_debris(self, data: bytes) -> None:
-        try:
-            stamp_ns, position, velocity = serialized_odometry_values(data)
-        except MessageError as error:
-            self._drop("debris odometry", str(error))
-            return
-        if stamp_ns == self._debris_ns:
-            return  # latched and told again
-        if stamp_ns < self._debris_ns:
-            self._drop("debris odometry", "its stamp is older than the last one")
-            return
-        self._debris_ns = stamp_ns
-        if finite(*position, *velocity):
-            self._debris, self._debris_velocity = position, velocity
-            self._track.append((stamp_ns, position, velocity))
-        else:
-            self._drop("debris odometry", "not finite; the last good one stands")
-        self._assess_waiting()
+        debris = self._debris
+        if debris.take(data):
+            if debris.data is data:
+                self._track.append((debris.stamp_ns, debris.position, debris.velocity))
+            self._assess_waiting()
 
     def _assess_waiting(self) -> None:
         """Assess every net state for which it is known where the debris was."""
-        while self._waiting and self._debris is not None:
+        while self._waiting and self._debris.position is not None:
             stamp_ns = nanoseconds(self._waiting[0].header.stamp)
-            if 0 <= self._debris_ns < stamp_ns:
+            if 0 <= self._debris.stamp_ns < stamp_ns:
                 return  # the debris' odometry of that time is still to come
             while len(self._track) > 1 and self._track[1][0] <= stamp_ns:
                 self._track.popleft()
-            debris = self._track[0][1:] if self._track else (self._debris, self._debris_velocity)
+            debris = self._track[0][1:] if self._track else (self._debris.position, self._debris.velocity)
             try:
                 sample = self._sample(self._waiting.popleft(), stamp_ns, *debris)
             except MessageError as error:
@@ -182,13 +169,13 @@ class AssessorNode(Node):
             self._drop(f"odometry of MU {mu}", "not finite")
             return
         tick = self._swarm.update(mu, stamp_ns, position)
-        if tick is None or self._debris is None:
+        if tick is None or self._debris.position is None:
             return
         mission = self._assessor.mission
         if mission.closing and tick.stamp_ns >= mission.closing_ns:
             self._pairs.update(self._swarm.positions)
         positions = np.array([self._swarm.positions[mu] for mu in range(1, self._mu_count + 1)], np.float32)
-        sample = NetSample(tick.stamp_ns, tick.position, self._debris, len(self._pairs.docked), positions)
+        sample = NetSample(tick.stamp_ns, tick.position, self._debris.position, len(self._pairs.docked), positions)
         self._publish(self._assessor.take_sample(sample))
 
     def _drop(self, what: str, why: str) -> None:

@@ -64,7 +64,7 @@ class Lookout:
         motion = self.debris()
         if self._mu_count != 8 or len(positions) != 8 or len(velocities) != 8 or motion is None:
             return None
-        if not (np.isfinite(positions).all() and np.isfinite(velocities).all()):
+        if not all(np.isfinite(values).all() for values in (positions, velocities, *motion)):
             return None
         lost = self._silent | self.dead()
         if self.aiming_points is not None:

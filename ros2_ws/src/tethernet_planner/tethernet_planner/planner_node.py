@@ -32,6 +32,7 @@ from tethernet_control.ros.conversions import (
     point_message,
     set_stamp,
 )
+from tethernet_control.ros.newest_odometry import NewestOdometry
 from tethernet_control.ros.parameters import NODE_OPTIONS, declare
 from tethernet_control.ros.qos import BULK, CONTROL, STATE, STATE_BACKLOG
 from tethernet_control.ros.serialized_odometry import serialized_odometry_values
@@ -67,8 +68,7 @@ class PlannerNode(Node):
         self._diagnostics_publisher = self.create_publisher(DiagnosticArray, topics.DIAGNOSTICS, BULK)
         self._sequencer = MissionSequencer(mu_count, self._rules, control, self._publish_state, self._publish_beat)
         self._beat = Header(frame_id=topics.FRAME)
-        self._debris: tuple[float, float, float] | None = tuple(self._settings.debris_position) or None
-        self._debris_ns = -1
+        self._debris = NewestOdometry("debris odometry", self._drop, tuple(self._settings.debris_position) or None)
         self._net = _UNKNOWN
         self._net_ns = -1
         self._locked: list[bool] = []
@@ -78,7 +78,6 @@ class PlannerNode(Node):
         self._statuses: dict[int, MuStatus] = {}
         self._lookout = Lookout(mu_count, self._rules, control)
         self._lookout.debris = self._debris_motion
-        self._debris_data: bytes | None = None
 
         self.create_service(PlanAimingPoints, topics.PLAN_AIMING_POINTS, self._on_plan)
         self.create_service(Trigger, topics.START, self._on_start)
@@ -119,23 +118,9 @@ class PlannerNode(Node):
         self._decide()
 
     def _on_debris(self, data: bytes) -> None:
-        try:
-            stamp_ns, position, _ = serialized_odometry_values(data)
-        except MessageError as error:
-            self._drop("debris odometry", str(error))
-            return
-        if stamp_ns == self._debris_ns:
-            return  # latched and told again
-        if stamp_ns < self._debris_ns:
-            self._drop("debris odometry", "its stamp is older than the last one")
-            return
-        self._debris_ns = stamp_ns
-        if finite(*position):
-            self._debris, self._debris_data = position, data
-        else:
-            self._drop("debris odometry", "not finite; the last good one stands")
-        self._sequencer.saw_time(stamp_ns)
-        self._decide()
+        if self._debris.take(data):
+            self._sequencer.saw_time(self._debris.stamp_ns)
+            self._decide()
 
     def _on_mu(self, mu: int, data: bytes) -> None:
         try:
@@ -157,24 +142,25 @@ class PlannerNode(Node):
             self._lookout.saw_mus(
                 tick.stamp_ns, [swarm.positions[m] for m in mus], [swarm.velocities[m] for m in mus], swarm.behind
             )
-            self._sequencer.measured(
-                tick.stamp_ns, tick.position, self._debris or _UNKNOWN, self._pairs.locked, self._lookout.look
-            )
+            debris = self._debris.position or _UNKNOWN
+            self._sequencer.measured(tick.stamp_ns, tick.position, debris, self._pairs.locked, self._lookout.look)
 
     def _decide(self) -> None:
         """Decide on the newest tick that both the net and the debris are known of."""
         stamp_ns = self._net_ns
-        if stamp_ns <= self._decided_ns or self._debris_ns < stamp_ns:
+        if stamp_ns <= self._decided_ns or self._debris.stamp_ns < stamp_ns:
             return
         self._decided_ns = stamp_ns
         self._newest_measurement_s = time.monotonic()
-        self._sequencer.measured(stamp_ns, self._net, self._debris or _UNKNOWN, self._locked, self._lookout.look)
+        self._sequencer.measured(
+            stamp_ns, self._net, self._debris.position or _UNKNOWN, self._locked, self._lookout.look
+        )
 
     def _debris_motion(self) -> DebrisMotion | None:
         """From its newest odometry; None where there is none."""
-        if self._debris_data is None:
+        if self._debris.data is None:
             return None
-        message = deserialize_message(self._debris_data, Odometry)
+        message = deserialize_message(self._debris.data, Odometry)
         pose, twist = message.pose.pose, message.twist.twist
         q = pose.orientation
         return (
@@ -216,13 +202,13 @@ class PlannerNode(Node):
             response.success, response.message = False, str(error)
             self.get_logger().error(f"not started: {error}")
         else:
-            place = ", ".join(f"{value:g}" for value in self._debris)
+            place = ", ".join(f"{value:g}" for value in self._debris.position)
             response.success, response.message = True, f"armed: policy {self._settings.policy}, debris at ({place}) m"
             self.get_logger().info(response.message)
         return response
 
     def _start(self) -> None:
-        if self._debris is None:
+        if self._debris.position is None:
             raise ValueError(
                 f"nobody has told where the debris is: publish {topics.DEBRIS_ODOMETRY}, "
                 "or set the parameter debris_position"
@@ -236,12 +222,12 @@ class PlannerNode(Node):
             )
         if self._sequencer.mission.phase == Phase.WAITING:
             # Controllers will ask for it; better to know now that it cannot be had.
-            plan = self._plan(self._settings.policy, self._settings.mu_count, self._debris)
+            plan = self._plan(self._settings.policy, self._settings.mu_count, self._debris.position)
             self._lookout.aiming_points = plan.points
             if plan.message:
                 self.get_logger().warning(plan.message)
         self._newest_measurement_s = time.monotonic()
-        self._sequencer.start(self._debris, self._settings.policy)
+        self._sequencer.start(self._debris.position, self._settings.policy)
 
     def _on_abort(self, _request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         response.success = self._sequencer.abort(f"asked for on {topics.ABORT}")
