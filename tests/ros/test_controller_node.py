@@ -166,7 +166,7 @@ def test_nan_and_stale_odometry_is_dropped_and_counted(bench):
 
 
 def test_velocity_is_turned_into_frame_launch(bench):
-    straight = bench("estimator:=raw", "feed_forward:=false", "dead_band_n:=0.0").launched()
+    straight = bench("estimator:=raw", "feed_forward:=false", "dead_band_n:=0.0", "kd:=6.0").launched()
     half = math.sqrt(0.5)
     straight.answer(0)
     # Turned by 90 degrees about z: what the MU calls +x is +y in frame launch.

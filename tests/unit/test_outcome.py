@@ -153,3 +153,10 @@ def test_the_last_lines_name_the_verdict_the_files_and_what_to_do_next(tmp_path)
         assert part in text
     record.final.cqi = math.nan
     assert "could not be measured" in "\n".join(outcome.describe(record, outcome.build(record), tmp_path, ""))
+
+
+def test_an_end_before_launch_is_told_although_some_controllers_were_never_heard(tmp_path):
+    record = FlightRecord(mu_count=4, seed=1, policy="nominal")
+    record.statuses = {3: status(0.0, fuel=0.0)}
+    text = "\n".join(outcome.describe(record, outcome.build(record), tmp_path, ""))
+    assert "most by MU 3: 0.000 kg" in text

@@ -255,10 +255,10 @@ def _rows(record: FlightRecord, content: dict[str, Any]) -> Iterable[tuple[str, 
         yield "nominal points", "in the place of the policy's: " + ", ".join(f"MU {mu}" for mu in fallen_back)
     yield "trigger", _seconds(content["trigger_time_s"], "after launch")
     yield "end", _seconds(content["end_time_s"] or content["flown_s"], "after launch")
-    fuel = [value for value in content["fuel_kg"] if value is not None]
+    fuel = {mu: value for mu, value in enumerate(content["fuel_kg"], 1) if value is not None}
     if fuel:
-        worst = max(range(len(content["fuel_kg"])), key=lambda i: content["fuel_kg"][i] or 0.0)
-        yield "fuel", f"{sum(fuel):.3f} kg in all, most by MU {worst + 1}: {content['fuel_kg'][worst]:.3f} kg"
+        worst = max(fuel, key=fuel.get)
+        yield "fuel", f"{sum(fuel.values()):.3f} kg in all, most by MU {worst}: {fuel[worst]:.3f} kg"
     if content["max_tracking_error_m"] is not None:
         yield "tracking error", f"{content['max_tracking_error_m']:.2f} m at most"
     if content["mouth_area_m2"] is not None:

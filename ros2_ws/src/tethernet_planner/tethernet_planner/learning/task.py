@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from tethernet_control.layout import design
-from tethernet_sim.scenario import Scenario
 
 from . import symmetry
 from .seeds import Purpose, generators
+
+if TYPE_CHECKING:
+    from tethernet_sim.scenario import Scenario
 
 DEBRIS_LOW_M = (-9.0, -9.0, -60.0)
 """Lowest x, y, z of the debris at launch [m]."""
@@ -87,6 +91,8 @@ def random_scenarios(mus: int, purpose: Purpose, seed: int, begin: int, count: i
         begin: number of the first scenario in that list.
         count: how many.
     """
+    from tethernet_sim.scenario import Scenario  # the planner's node needs the bounds alone
+
     design(mus)
     return [
         Scenario(mus=mus, debris_position=random_debris_position(random), seed=int(random.integers(2**31)))
