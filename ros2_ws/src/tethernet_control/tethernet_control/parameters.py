@@ -8,6 +8,7 @@ dataclass is read from a file here and declared on a node in :mod:`tethernet_con
 from __future__ import annotations
 
 import dataclasses
+import functools
 import math
 import typing
 from collections.abc import Mapping
@@ -138,8 +139,14 @@ def read_yaml(path: str | Path) -> dict[str, dict[str, Any]]:
 
 
 def defaults(cls: type) -> dict[str, Any]:
-    """The default values of ``cls``, from the file that its ``FILE`` names."""
-    return next(iter(read_yaml(cls.FILE).values()))
+    """The default values of ``cls``, from the file that its ``FILE`` names; a copy of its own for each caller."""
+    return dict(_shipped(cls.FILE))
+
+
+@functools.cache
+def _shipped(path: Path) -> dict[str, Any]:
+    """The values in a file of this package, which does not change while it runs: read once, not for every scenario."""
+    return next(iter(read_yaml(path).values()))
 
 
 def load(cls: type[T], overrides: Mapping[str, Any] | None = None) -> T:
