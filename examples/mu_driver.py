@@ -15,9 +15,11 @@ from __future__ import annotations
 
 import argparse
 import math
+import os
 import random
 import signal
 import sys
+import threading
 import time
 
 import rclpy
@@ -194,18 +196,24 @@ def _arguments(args: list[str]) -> argparse.Namespace:
     return options
 
 
-def _leave_if_not_running(_number, _frame) -> None:
-    if not rclpy.ok():
-        raise SystemExit(0)
+_started = threading.Event()
+"""rclpy listens to the signals."""
+
+
+def _leave_before_start(_number, _frame) -> None:
+    if not _started.is_set():
+        os._exit(0)  # nothing to clean up yet
 
 
 def main() -> int:
     """Run the driver until SIGINT or SIGTERM."""
     options = _arguments(remove_ros_args(sys.argv)[1:])
-    # rclpy shuts down on both signals by itself; Python's KeyboardInterrupt would come in the middle of its work.
+    # rclpy shuts down on both signals by itself; any exception that Python raises for them would come in the middle of
+    # its work, or of the clean-up below.
     for number in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(number, _leave_if_not_running)
+        signal.signal(number, _leave_before_start)
     rclpy.init(args=sys.argv)
+    _started.set()
     hardware = DoubleIntegrator(options.start, options.mass, options.sigma, 100 * options.seed + options.mu)
     node = None
     try:

@@ -100,7 +100,7 @@ def test_answers_every_sample_with_its_stamp_and_echoes_only_with_aiming_points_
     first = b.answer(0)
     assert force(first) == ZERO
     assert first.header.frame_id == topics.FRAME
-    assert b.status[-1].mode == Mode.IDLE
+    b.wait_status(lambda s: s.mode == Mode.IDLE, "status before the mission")
     b.launched()
     assert (b.asked[0].debris_position.z, b.asked[0].mu_count, b.asked[0].policy) == (-50.0, 8, "mine")
     status = b.status[-1]

@@ -239,10 +239,8 @@ class _Flight:
 
     def _look(self, b: int, stamp_ns: int) -> closing.Sight:
         """What the planner knows of one scenario with 8 MUs."""
-        mus, lost = (
-            self.world.mus_as_published(b),
-            list(closing.off_course(self.world.mus_as_published(b), self.aim[b], self.settings.mission)),
-        )
+        mus = self.world.mus_as_published(b)
+        lost = list(closing.off_course(mus, self.aim[b], self.settings.mission))
         if self.failures[b].silent(stamp_ns):
             lost[self.failures[b].mu] = True
         return closing.sight(mus, self.world.mu_velocities_as_published(b), *self.world.body_motion(b, DEBRIS), lost)

@@ -19,10 +19,8 @@ ROW_THREADS = KNOTS - 1
 """Threads along rows, numbered by their first knot; the entries where a row ends have no thread."""
 COLUMN_THREADS = KNOTS - KNOT_ROWS
 """Threads along columns, numbered by their first knot."""
-THREADS = ROW_THREADS + COLUMN_THREADS
-"""Rows first, then columns."""
-FLAGS = 8 * ((THREADS + 7) // 8)
-"""Flags of all threads, padded so that eight can be looked at in one."""
+FLAGS = 8 * ((ROW_THREADS + COLUMN_THREADS + 7) // 8)
+"""Flags of all threads, rows first, padded so that eight can be looked at in one."""
 DENSE_FROM = 224
 """Taut threads from which evaluating all of them, vectorised, is faster (measured)."""
 DENSE_STEPS = 10
@@ -51,7 +49,7 @@ def clear_row_ends(flags):
 def apply_taut(pos, vel, taut, count, ends, numbers, kick, force):
     """Change the knots' velocities by one step under the listed taut threads.
 
-    All forces are found before any velocity changes. ``ends`` (2, THREADS) are the knots of each thread.
+    All forces are found before any velocity changes. ``ends`` (2, 1034) are the knots of each thread.
     """
     for j in range(count):
         a, b = ends[0, taut[j]], ends[1, taut[j]]
