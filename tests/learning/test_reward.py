@@ -24,11 +24,16 @@ def test_a_good_capture_earns_mouth_and_fuel():
 
 
 def test_the_variants_differ_between_the_threshold_and_all_pairs():
-    threshold, printed = (Reward(8, 0.4, 540.0, variant).terms(flown(1.2, 7)) for variant in VARIANTS)
+    threshold, printed = (Reward(8, 0.4, 540.0, variant).terms(flown(1.2, 7)) for variant in ("threshold", "printed"))
     assert threshold["locked_pairs"] == 0.0
     assert threshold["fuel"] > 0.0
     assert printed["locked_pairs"] == pytest.approx(-math.log(2.0))
     assert printed["fuel"] == 0.0
+
+
+def test_lean_pays_for_fuel_but_not_for_the_mouth():
+    narrow, wide = (Reward(8, 0.4, 540.0, "lean")(flown(1.2, 6, mouth=mouth)) for mouth in (400.0, 500.0))
+    assert narrow == wide == pytest.approx(1.5 * 0.75)
 
 
 @pytest.mark.parametrize("variant", VARIANTS)
@@ -40,7 +45,7 @@ def test_a_miss_pays_for_cqi_and_pairs(variant):
 
 
 def test_an_unknown_variant_is_an_error():
-    with pytest.raises(ValueError, match="allowed: threshold, printed"):
+    with pytest.raises(ValueError, match="allowed: threshold, printed, lean"):
         Reward(8, 0.4, 540.0, "other")
 
 

@@ -13,9 +13,10 @@ from tethernet_control.layout import design
 
 from .flown import CQI_THRESHOLD, Flown
 
-VARIANTS = ("threshold", "printed")
-"""Where the penalty on locked pairs ends and the bonus begins. ``printed``: at N_L,max, as in the paper's equation;
-``threshold``: at N_D, as in its text, which calls that captured."""
+VARIANTS = ("threshold", "printed", "lean")
+"""``printed``: the penalty on locked pairs ends and the bonus begins at N_L,max, as in the paper's equation;
+``threshold``: at N_D, as in its text, which calls that captured; ``lean``: like ``threshold``, without the bonus for the
+mouth's area, which is worth more than the fuel that a wider mouth costs and so teaches to burn more."""
 
 WEIGHT = {4: 1.0, 8: 1.5}
 """w of the paper: weight of the fuel bonus."""
@@ -67,13 +68,14 @@ class Reward:
             One array of shape (E,) for each of TERMS.
         """
         layout = design(self.mus)
-        least = layout.required_locked_pairs if self.variant == "threshold" else layout.max_locked_pairs
+        least = layout.max_locked_pairs if self.variant == "printed" else layout.required_locked_pairs
         loose = flown.cqi > CQI_THRESHOLD
         open_ = flown.locked_pairs < least
         short = flown.locked_pairs - layout.required_locked_pairs
         fuel = WEIGHT[self.mus] * (1.0 - flown.fuel_kg / self.fuel_max_kg)
+        mouth = 0.0 if self.variant == "lean" else 1.0
         return {
-            "mouth": flown.mouth_area_m2 / self.mouth_max_m2,
+            "mouth": mouth * flown.mouth_area_m2 / self.mouth_max_m2,
             "cqi": np.where(loose, -np.log((flown.cqi - CQI_THRESHOLD) ** 2 + 1.0), 0.0),
             "locked_pairs": np.where(open_, -np.log(short**2 + 1.0), 0.0),
             "fuel": np.where(loose | open_, 0.0, fuel),
