@@ -5,7 +5,14 @@ import json
 import numpy as np
 import pytest
 
-from tethernet_planner.learning import data_set, make_data, networks, sources, surrogate_training
+from tethernet_planner.learning import (
+    data_set,
+    make_data,
+    measure_repeatability,
+    networks,
+    sources,
+    surrogate_training,
+)
 from tethernet_planner.learning.data_set import Captures
 from tethernet_planner.learning.model_file import ModelFileError, write
 from tethernet_planner.learning.net_features import feature_count
@@ -154,3 +161,17 @@ def test_a_data_set_is_made_described_resumed_and_not_mixed(tmp_path, capsys):
     assert (tmp_path / "d" / "train.parts" / "000000.parquet").stat().st_mtime_ns == before
     assert make_data.main([*words, "--seed", "1"]) == 2
     assert "seed: there 0, asked for 1" in capsys.readouterr().err
+
+
+def test_a_micrometre_at_the_trigger_changes_the_capture_and_nothing_before(monkeypatch):
+    flown = []
+    fly_many = measure_repeatability.fly_many
+    monkeypatch.setattr(measure_repeatability, "fly_many", lambda *a, **k: flown.append(fly_many(*a, **k)) or flown[-1])
+    found = measure_repeatability.measure(4, 2, 0, Settings.load())
+    [first, second] = flown
+    assert found["closing_began"] == 2
+    assert 0.5 <= found["bound"] <= 1.0
+    for a, b in zip(first, second, strict=True):
+        assert (a.trigger_time_s, a.fuel_at_trigger_kg) == (b.trigger_time_s, b.fuel_at_trigger_kg)
+        assert a.cqi != b.cqi
+        assert abs(a.cqi - b.cqi) < 2.0

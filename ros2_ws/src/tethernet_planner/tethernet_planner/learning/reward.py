@@ -15,8 +15,8 @@ from .flown import CQI_THRESHOLD, Flown
 
 VARIANTS = ("threshold", "printed", "lean")
 """``printed``: the penalty on locked pairs ends and the bonus begins at N_L,max, as in the paper's equation;
-``threshold``: at N_D, as in its text, which calls that captured; ``lean``: like ``threshold``, without the bonus for the
-mouth's area, which is worth more than the fuel that a wider mouth costs and so teaches to burn more."""
+``threshold``: at N_D, as in its text, which calls that captured; ``lean``: like ``threshold``, without the bonus for
+the mouth's area, which is worth more than the fuel that a wider mouth costs and so teaches to burn more."""
 
 WEIGHT = {4: 1.0, 8: 1.5}
 """w of the paper: weight of the fuel bonus."""
