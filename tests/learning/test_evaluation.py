@@ -10,7 +10,7 @@ from tests import tiny_models
 from tethernet_planner import policies, shipped_models
 from tethernet_planner.campaign.flight import failed
 from tethernet_planner.campaign.report import read, table
-from tethernet_planner.learning import evaluate_policies, evaluation, seeds, ship, task
+from tethernet_planner.learning import evaluate_policies, evaluation, measure_widths, seeds, ship, task
 from tethernet_planner.learning.comparison import compare
 from tethernet_planner.learning.model_file import file_fingerprint
 from tethernet_sim.fly import Settings
@@ -140,3 +140,15 @@ def test_a_card_with_the_scores_of_another_policy_is_refused(tmp_path, short, ca
     assert ship.main([str(other), "--evaluation", str(out / "evaluation.json")]) == 2
     assert "has not flown this policy" in capsys.readouterr().err
     assert not shipped_models.place("policy", 8).exists()
+
+
+def test_narrow_aiming_points_come_late_and_burn_more(capsys):
+    assert measure_widths.main(["--mus", "4", "--scenarios", "1", "--factors", "0.9", "1"]) == 0
+    narrow, nominal = (
+        [float(cell) for cell in row.split("|")[3:7]] for row in capsys.readouterr().out.splitlines()[2:]
+    )
+    assert narrow[2] > nominal[2] + 0.5  # the trigger
+    assert narrow[0] > 1.2 * nominal[0]  # the fuel
+    assert narrow[3] < nominal[3]  # the mouth
+    with pytest.raises(SystemExit):
+        measure_widths.main(["--mus", "4", "--factors", "-1"])

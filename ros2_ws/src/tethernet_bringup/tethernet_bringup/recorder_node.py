@@ -18,6 +18,11 @@ everybody else.
 
 from __future__ import annotations
 
+if __name__ == "__main__":
+    from tethernet_control.quiet_start import quiet_start
+
+    quiet_start()
+
 import importlib
 import json
 import signal

@@ -2,6 +2,11 @@
 
 from __future__ import annotations
 
+if __name__ == "__main__":
+    from tethernet_control.quiet_start import quiet_start
+
+    quiet_start()
+
 import sys
 import time
 
