@@ -167,7 +167,7 @@ def test_an_external_mu_flies_a_capture_and_the_net_feels_it(probe, processes):
     start(probe)
     probe.wait_for(lambda: found and found[-1].stage == CaptureAssessment.FINAL, "verdict", 120.0)
     assert found[-1].captured, found[-1].verdict
-    assert status[-1].aiming_source == "nominal"
+    assert status[-1].aiming_source == "rl"
     assert status[-1].deadline_misses == status[-1].rejected_odometry == 0
     end_ns = nanoseconds(found[-1].header.stamp)
     probe.wait_for(lambda: all(nanoseconds(told[-1].header.stamp) == end_ns for told in (odometry, nets)), "last tick")
@@ -210,7 +210,9 @@ def test_eight_drivers_fly_a_mission_without_a_simulator(probe, processes):
     place = "debris_position:=[0.0, 0.0, -10.0]"
     control = ["deployment_time_s:=4.0"]
     rules = ["debris_near_m:=5.0", "closing_duration_s:=7.0", "capture_duration_s:=13.0", "give_up_s:=20.0"]
-    processes.node("tethernet_planner.planner_node", "simulated:=false", place, *control, *rules, name="planner")
+    processes.node(
+        "tethernet_planner.planner_node", "simulated:=false", "policy:=nominal", place, *control, *rules, name="planner"
+    )
     processes.node("tethernet_planner.assessor_node", "simulated:=false", place, *control, *rules, name="assessor")
     states = probe.listen(topics.MISSION_STATE, MissionState, STATE)
     found = probe.listen(topics.CAPTURE_ASSESSMENT, CaptureAssessment, STATE)

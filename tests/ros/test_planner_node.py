@@ -109,7 +109,7 @@ def test_leads_a_mission_from_start_to_end(bench):
 
 
 def test_service_gives_nominal_points_and_explains_refusals(bench):
-    b = bench("mu_count:=4")
+    b = bench("mu_count:=4", "policy:=nominal")
 
     def ask(**request):
         return b.probe.call(topics.PLAN_AIMING_POINTS, PlanAimingPoints, PlanAimingPoints.Request(**request))

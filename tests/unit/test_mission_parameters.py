@@ -31,7 +31,7 @@ def test_the_shipped_values_are_the_default_mission():
     shipped = defaults(ScenarioParameters)
     assert setup.mu_count == 8
     assert list(setup.scenario.debris_position) == shipped["debris_position"]
-    assert setup.policy == "nominal"
+    assert setup.policy == "rl"
     assert setup.simulated
     assert setup.external == ()
     assert set(setup.nodes) == {

@@ -72,7 +72,7 @@ def _parser() -> argparse.ArgumentParser:
     add(
         "--policy", metavar="POLICY",
         help="who chooses the aiming points: nominal, rl (the trained policy that is shipped) or the path of a "
-        "policy.safetensors; default: the planner's parameter file (nominal)",
+        "policy.safetensors; default: what the planner's parameter file says, rl as shipped",
     )  # fmt: skip
     add(
         "--pace",
