@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+import signal
 import sys
 from pathlib import Path
 
@@ -51,4 +52,6 @@ def _step(name: str, lingers: bool) -> Step:
 
 
 if __name__ == "__main__":
+    # A shell without job control starts what it sends to the background with SIGINT ignored; tests run there too.
+    signal.signal(signal.SIGINT, signal.default_int_handler)
     ensure(places_in(Path(sys.argv[1])), steps(*sys.argv[2:]), Report())
