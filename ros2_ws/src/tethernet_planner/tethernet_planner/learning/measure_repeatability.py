@@ -8,7 +8,6 @@ apart may end differently, and that bounds what a surrogate can be right in.
 from __future__ import annotations
 
 import argparse
-import json
 import sys
 from collections.abc import Sequence
 from pathlib import Path
@@ -97,13 +96,11 @@ def main(argv: Sequence[str] | None = None) -> int:
     if options.scenarios < 1 or options.seed < 0:
         parser.error(f"--scenarios {options.scenarios} --seed {options.seed}: allowed: 1 or more, 0 or more")
     try:
-        text = json.dumps(measure(options.mus, options.scenarios, options.seed, Settings.load()), indent=2)
+        result = measure(options.mus, options.scenarios, options.seed, Settings.load())
     except ValueError as error:
         print(f"error: {error}", file=sys.stderr)
         return 2
-    if options.output:
-        run_folder.write_text(options.output, text + "\n")
-    print(text)
+    run_folder.tell(result, options.output)
     return 0
 
 

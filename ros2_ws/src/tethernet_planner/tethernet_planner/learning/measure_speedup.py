@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import json
 import sys
 import time
 from collections.abc import Sequence
@@ -51,10 +50,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     except ModelFileError as error:
         print(f"error: {error}", file=sys.stderr)
         return 2
-    text = json.dumps(measure(surrogate, options.episodes, Settings.load()), indent=2)
-    if options.output:
-        run_folder.write_text(options.output, text + "\n")
-    print(text)
+    run_folder.tell(measure(surrogate, options.episodes, Settings.load()), options.output)
     return 0
 
 

@@ -63,3 +63,11 @@ def write_text(path: Path, text: str) -> None:
         file.flush()
         os.fsync(file.fileno())
     partial.replace(path)
+
+
+def tell(result: dict, file: Path | None) -> None:
+    """Print what was measured as JSON, and write it to a file where one is named."""
+    text = json.dumps(result, indent=2)
+    if file is not None:
+        write_text(file, text + "\n")
+    print(text)
