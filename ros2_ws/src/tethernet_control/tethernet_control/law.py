@@ -27,6 +27,7 @@ class Law(NamedTuple):
     mass: float  # [kg]
     deployment_time: float  # [s]
     ramp_time: float  # [s]
+    follow_through: float  # [m]
     kp: float  # [N/m]
     ki: float  # [N/(m s)]
     kd: float  # [N s/m]
@@ -48,9 +49,11 @@ def reference(p, elapsed, closing_elapsed, closing_duration, start, aim, close, 
     """Where an MU shall be and how fast, written to ``desired`` [m] and ``speed`` [m/s]; ``push`` [N] gets it up to
     speed.
 
-    Deployment is the straight line of the paper's Eq. 1, held at its end [A: the paper is silent after t_final]. With a
-    ramp time the MU gets up to speed over that time instead of at once and still arrives at t_final. Closing is a
-    straight line from where deployment's line stood when closing began, so that the reference never jumps.
+    Deployment is the straight line of the paper's Eq. 1. With a ramp time the MU gets up to speed over that time instead
+    of at once and still arrives at t_final. The paper is silent after t_final: the line goes on at the same speed for
+    the distance of the follow-through and is held there, because a net that is late by a few ticks must not make the
+    MUs spend fuel on a stop that the closing would undo. Closing is a straight line from where deployment's line stood
+    when closing began, so that the reference never jumps.
 
     Args:
         p: the law's numbers.
@@ -75,9 +78,13 @@ def reference(p, elapsed, closing_elapsed, closing_duration, start, aim, close, 
         fraction = cruise * (deployed - 0.5 * p.ramp_time)
         rate = cruise
         gain = 0.0
+    # The square root is only for who is late: most ticks come before t_final.
     if fraction >= 1.0:
-        fraction = 1.0
-        rate = 0.0
+        length = distance(start, aim)
+        furthest = 1.0 + p.follow_through / length if length > 0.0 else 1.0
+        if fraction >= furthest:
+            fraction = furthest
+            rate = 0.0
     closed = 0.0
     closing_rate = 0.0
     if closing_elapsed >= 0.0:

@@ -68,6 +68,13 @@ class ControlParameters:
         low=0.0,
         high=20.0,
     )
+    follow_through_m: float = parameter(
+        "How far beyond its aiming point an MU's reference goes on at its speed while closing has not begun; "
+        "0: it stops there at deployment_time_s",
+        unit="m",
+        low=0.0,
+        high=50.0,
+    )
     feed_forward: bool = parameter("The derivative acts on the velocity's error; the paper's acts on the velocity")
     anti_windup: bool = parameter("The integral stands still while its axis is beyond the thrust limit")
     dead_band_n: float = parameter("Thrust below this per axis is not fired", unit="N", low=0.0, high=10.0)
@@ -118,6 +125,7 @@ class ControlParameters:
             mass=self.known_mass_kg,
             deployment_time=self.deployment_time_s,
             ramp_time=self.ramp_time_s,
+            follow_through=self.follow_through_m,
             kp=self.kp,
             ki=self.ki,
             kd=self.kd,

@@ -4,26 +4,35 @@ from __future__ import annotations
 
 import numpy as np
 
+from tethernet_control.layout import design
+
 from .task import OFFSET_LIMIT_M, on_grid
 
-_SHARE_COMMON = {4: 0.35, 8: 0.65}
-"""Scenarios in which all MUs aim beside the debris together: what makes captures with 8 MUs fail most. With 4 MUs it is
-a mouth out of shape, past which the debris slips."""
+SHARES = {4: {"narrow": 0.35, "beside": 0.35, "torn": 0.3}, 8: {"narrow": 0.25, "beside": 0.2, "torn": 0.55}}
+"""Of all scenarios, by number of MUs and kind. narrow: where a policy that saves fuel will aim; captures that succeed,
+told apart by their fuel. beside: all MUs aim beside the debris together; what fails there mostly never comes to
+closing. torn: a mouth out of shape, past which the debris slips; with 8 MUs next to nothing else fails with closing
+begun."""
 
-_COMMON_M = 3.0
-"""Largest common offset [m]: the net's centre of mass must come within 2.5 m of the debris', or closing never begins
-and there is nothing to predict."""
+_NARROW = 0.45
+"""Narrow: largest part of the way from the nominal points to the middle."""
 
-_OWN_M = 3.5
-"""Largest offset of an MU from the common one [m]."""
+_NARROW_OWN_M = 2.0
+"""Narrow: largest offset of an MU of its own [m]."""
+
+_BESIDE_M = 3.0
+"""Beside: largest common offset [m]: the net's centre of mass must come within 2.5 m of the debris', or closing never
+begins and there is nothing to predict."""
+
+_BESIDE_OWN_M = 3.5
+"""Beside: largest offset of an MU from the common one [m]."""
+
+_TORN_M = 4.0
+"""Torn: the MUs' own offsets go at least so far, at most to the limit [m]."""
 
 
 def random_offsets(random: np.random.Generator, mus: int) -> np.ndarray:
-    """Offsets of the aiming points.
-
-    In 35 % (4 MUs) or 65 % (8) of all scenarios an offset common to all MUs, up to 3 m in any direction, and one of
-    each MU's own; in the others only one of each MU's own. How far the MUs' own ones go is drawn for each scenario, up
-    to 3.5 m or, more often far than near, 5 m.
+    """Offsets of the aiming points, of a kind drawn by SHARES.
 
     Args:
         random: source of randomness.
@@ -32,9 +41,16 @@ def random_offsets(random: np.random.Generator, mus: int) -> np.ndarray:
     Returns:
         On the grid, within 5 m [m], shape (M, 2).
     """
-    common, spread = np.zeros(2), OFFSET_LIMIT_M * np.cbrt(random.random())
-    if random.random() < _SHARE_COMMON[mus]:
-        angle, spread = random.uniform(0.0, 2.0 * np.pi), random.uniform(0.0, _OWN_M)
-        common = random.uniform(0.0, _COMMON_M) * np.array([np.cos(angle), np.sin(angle)])
-    own = random.uniform(-spread, spread, (mus, 2))
+    shares = SHARES[mus]
+    kind = random.choice(list(shares), p=list(shares.values()))
+    if kind == "narrow":
+        common = -random.uniform(0.0, _NARROW) * np.array(design(mus).nominal_offsets)
+        own_limit = random.uniform(0.0, _NARROW_OWN_M)
+    elif kind == "beside":
+        angle = random.uniform(0.0, 2.0 * np.pi)
+        common = random.uniform(0.0, _BESIDE_M) * np.array([np.cos(angle), np.sin(angle)])
+        own_limit = random.uniform(0.0, _BESIDE_OWN_M)
+    else:
+        common, own_limit = np.zeros(2), random.uniform(_TORN_M, OFFSET_LIMIT_M)
+    own = random.uniform(-own_limit, own_limit, (mus, 2))
     return on_grid(np.clip(common + own, -OFFSET_LIMIT_M, OFFSET_LIMIT_M))
