@@ -8,14 +8,15 @@ from tethernet_control.layout import design
 
 from .task import OFFSET_LIMIT_M, on_grid
 
-SHARES = {4: {"narrow": 0.35, "beside": 0.35, "torn": 0.3}, 8: {"narrow": 0.25, "beside": 0.2, "torn": 0.55}}
+SHARES = {4: {"narrow": 0.35, "beside": 0.35, "torn": 0.3}, 8: {"narrow": 0.35, "beside": 0.1, "torn": 0.55}}
 """Of all scenarios, by number of MUs and kind. narrow: where a policy that saves fuel will aim; captures that succeed,
 told apart by their fuel. beside: all MUs aim beside the debris together; what fails there mostly never comes to
 closing. torn: a mouth out of shape, past which the debris slips; with 8 MUs next to nothing else fails with closing
 begun."""
 
-_NARROW = 0.45
-"""Narrow: largest part of the way from the nominal points to the middle."""
+_NARROW = {4: (0.0, 0.45), 8: (-0.05, 0.25)}
+"""Narrow: least and largest part of the way from the nominal points to the middle, by number of MUs. With 4 MUs fuel is
+least at 0.3; with 8, whose closing wants a flat net, at the nominal points."""
 
 _NARROW_OWN_M = 2.0
 """Narrow: largest offset of an MU of its own [m]."""
@@ -44,7 +45,7 @@ def random_offsets(random: np.random.Generator, mus: int) -> np.ndarray:
     shares = SHARES[mus]
     kind = random.choice(list(shares), p=list(shares.values()))
     if kind == "narrow":
-        common = -random.uniform(0.0, _NARROW) * np.array(design(mus).nominal_offsets)
+        common = -random.uniform(*_NARROW[mus]) * np.array(design(mus).nominal_offsets)
         own_limit = random.uniform(0.0, _NARROW_OWN_M)
     elif kind == "beside":
         angle = random.uniform(0.0, 2.0 * np.pi)
