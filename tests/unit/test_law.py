@@ -29,6 +29,23 @@ def test_deployment_is_a_straight_line_held_at_its_end(elapsed, expected):
     assert desired(elapsed) == pytest.approx(expected)
 
 
+def test_a_follow_through_goes_on_at_the_same_speed_and_is_held_at_its_end():
+    p = PAPER._replace(follow_through=6.0)
+    direction = [(a - b) / math.dist(AIM, START) for a, b in zip(AIM, START, strict=True)]
+    assert desired(25.0, p=p) == pytest.approx(AIM)
+    later = math.dist(AIM, START) / 25.0 * 2.0  # two seconds at its speed, short of 6 m
+    assert desired(27.0, p=p) == pytest.approx([a + later * d for a, d in zip(AIM, direction, strict=True)])
+    assert desired(39.0, p=p) == pytest.approx([a + 6.0 * d for a, d in zip(AIM, direction, strict=True)])
+    # Closing begins where the line stood, beyond the aiming point.
+    assert desired(27.0, 0.0, p=p) == pytest.approx(desired(27.0, p=p))
+
+
+def test_a_follow_through_from_the_aiming_point_itself_stays_there():
+    out, speed, push = [0.0] * 3, [1.0] * 3, [0.0] * 3
+    law.reference(OURS, 30.0, -1.0, 8.0, AIM, AIM, CLOSE, out, speed, push)
+    assert (tuple(out), speed) == (AIM, [0.0] * 3)
+
+
 def test_closing_starts_where_deployment_stood_and_ends_at_the_closing_point():
     # Closing began at 20 s, when deployment was at 4/5 of its line.
     stood = (9.0, -6.0, -41.0)

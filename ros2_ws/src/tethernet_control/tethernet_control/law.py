@@ -49,8 +49,8 @@ def reference(p, elapsed, closing_elapsed, closing_duration, start, aim, close, 
     """Where an MU shall be and how fast, written to ``desired`` [m] and ``speed`` [m/s]; ``push`` [N] gets it up to
     speed.
 
-    Deployment is the straight line of the paper's Eq. 1. With a ramp time the MU gets up to speed over that time instead
-    of at once and still arrives at t_final. The paper is silent after t_final: the line goes on at the same speed for
+    Deployment is the straight line of the paper's Eq. 1. With a ramp time the MU gets up to speed over that time and
+    not at once, and still arrives at t_final. The paper is silent after t_final: the line goes on at the same speed for
     the distance of the follow-through and is held there, because a net that is late by a few ticks must not make the
     MUs spend fuel on a stop that the closing would undo. Closing is a straight line from where deployment's line stood
     when closing began, so that the reference never jumps.

@@ -48,6 +48,7 @@ OPTIONS: dict[str, tuple[bool, dict[str, Any], dict[str, Any]]] = {
     "default, gains of the paper": (False, _PAPER_GAINS, {}),
     "default, no feed forward": (False, {"feed_forward": False}, {}),
     "default, no ramp": (False, {"ramp_time_s": 0.0}, {}),
+    "default, no follow-through": (False, {"follow_through_m": 0.0}, {}),
     "default, no dead band": (False, {"dead_band_n": 0.0}, {}),
     "default, no anti-windup": (False, {"anti_windup": False}, {}),
     "default, minimum impulse bit 25 mN s": (False, {"minimum_impulse_n_s": 0.025}, {}),
