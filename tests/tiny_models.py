@@ -8,7 +8,7 @@ import numpy as np
 
 from tethernet_planner.learning.net_features import feature_count
 from tethernet_planner.learning.policy_file import constant_policy
-from tethernet_planner.learning.surrogate_file import PredictionErrors, Surrogate
+from tethernet_planner.learning.surrogate_file import PredictionErrors, Surrogate, log_fuel
 
 
 def policy(path: Path, mus: int, dx: float = 0.5, dy: float = -0.3) -> Path:
@@ -28,7 +28,7 @@ def surrogate(path: Path, mus: int, cqi: float = 1.5, pairs: float = 7.2, seen: 
         weight[1, seen] = 1.0
     arrays = {
         "weight_0": weight,
-        "bias_0": np.array([np.log(cqi), pairs, 0.02, 0.0]),
+        "bias_0": np.array([np.log(cqi), pairs, log_fuel(0.02), 0.0]),
         "input_mean": np.zeros(inputs),
         "input_scale": np.ones(inputs),
         "output_mean": np.zeros(3),

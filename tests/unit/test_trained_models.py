@@ -61,7 +61,7 @@ def test_a_wrong_file_is_named_with_what_is_allowed(tmp_path):
     for name, words in (
         ("missing.safetensors", "there is no file"),
         ("noise.safetensors", "cannot be read as a model"),
-        ("surrogate.safetensors", "is a surrogate, format version 1; allowed: a policy"),
+        ("surrogate.safetensors", "is a surrogate, format version 2; allowed: a policy"),
         ("four.safetensors", "made for 4 MUs, not for 8"),
     ):
         with pytest.raises(policies.PolicyError, match=words):

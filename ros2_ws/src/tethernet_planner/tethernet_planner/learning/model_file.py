@@ -14,7 +14,7 @@ import numpy as np
 if TYPE_CHECKING:  # numba behind it takes half a second, and who only reads a model needs none of it
     from tethernet_sim.fly import Settings
 
-VERSION = 1
+VERSION = 2
 """Of the format; readers refuse others."""
 
 _KEY = "tethernet"

@@ -18,9 +18,29 @@ KIND = "surrogate"
 
 MODELS = ("rnn", "mlp", "trees")
 
-OUTPUTS = ("log_cqi", "locked_pairs", "closing_fuel_kg", "captured_logit")
+OUTPUTS = ("log_cqi", "locked_pairs", "log_closing_fuel", "captured_logit")
 """What a network puts out, the first three standardised. Fuel of closing and the probability of capture are our
 additions: the 8 MUs spend fuel after the trigger, where the paper's surrogate predicts none."""
+
+_FUEL_FLOOR_KG = 1e-3
+"""Added to the fuel before its logarithm is taken: with 4 MUs there is none."""
+
+
+def log_fuel(fuel_kg: np.ndarray) -> np.ndarray:
+    """What the third output stands for, any shape.
+
+    A logarithm, because the fuel of closing reaches from 0.07 kg in good captures to ten times as much in lost ones:
+    squared errors in kg are those of the lost ones alone, and a policy chooses among the good ones.
+
+    Args:
+        fuel_kg: total of all MUs, start of closing to end [kg].
+    """
+    return np.log(np.asarray(fuel_kg) + _FUEL_FLOOR_KG)
+
+
+def _fuel(log: np.ndarray) -> np.ndarray:
+    """The fuel [kg] that an output stands for, any shape."""
+    return np.maximum(np.exp(np.clip(log, -10.0, 10.0)) - _FUEL_FLOOR_KG, 0.0)
 
 
 @dataclass(frozen=True)
@@ -101,7 +121,7 @@ class Surrogate:
         return Predictions(
             np.exp(np.clip(values[:, 0], -10.0, 10.0)),
             np.clip(values[:, 1], 0.0, design(self.mus).max_locked_pairs),
-            np.maximum(values[:, 2], 0.0),
+            _fuel(values[:, 2]),
             1.0 / (1.0 + np.exp(-logit)),
         )
 

@@ -54,6 +54,7 @@ def scores(surrogate: Surrogate, test: Captures) -> dict:
     bins = _calibration(probability, true)
     inside = test.cqi < CQI_LIMIT
     every = _errors(predicted, test, inside)
+    fuel_error = test.closing_fuel_kg - predicted.closing_fuel_kg
     return {
         "scenarios": len(true),
         "failures": int((~true).sum()),
@@ -72,7 +73,9 @@ def scores(surrogate: Surrogate, test: Captures) -> dict:
         "pairs_error_mean": every.pairs_mean,
         "pairs_error_std": every.pairs_std,
         "pairs_right": float((np.round(predicted.locked_pairs) == test.locked_pairs).mean()),
-        "closing_fuel_error_std_kg": float((test.closing_fuel_kg - predicted.closing_fuel_kg).std()),
+        "closing_fuel_error_std_kg": float(fuel_error.std()),
+        "closing_fuel_error_captured_mean_kg": float(fuel_error[true].mean()) if true.any() else 0.0,
+        "closing_fuel_error_captured_std_kg": float(fuel_error[true].std()) if true.any() else 0.0,
         "inference_ms": _inference_ms(surrogate, test.features[:1]),
     }
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from .data_set import Captures
 from .net_features import image_of_features
-from .surrogate_file import PredictionErrors, Surrogate, forward
+from .surrogate_file import PredictionErrors, Surrogate, forward, log_fuel
 from .symmetry import GROUP
 
 _VALIDATION = 0.1
@@ -23,7 +23,7 @@ class Material:
     inputs: np.ndarray  # (n, 990 or 1014)
     """Standardised features."""
     targets: np.ndarray  # (n, 4)
-    """log CQI, locked pairs, fuel of closing, standardised; captured as 0 or 1."""
+    """log CQI, locked pairs, log of the fuel of closing, standardised; captured as 0 or 1."""
     held_inputs: np.ndarray  # (v, 990 or 1014)
     held_targets: np.ndarray  # (v, 4)
     scaling: dict[str, np.ndarray]
@@ -61,7 +61,7 @@ def prepare(captures: Captures, seed: int) -> Material:
     order = np.random.default_rng(seed).permutation(len(captures.captured))
     held = order[: max(2, round(_VALIDATION * len(order)))]
     kept = order[len(held) :]
-    outputs = np.stack([np.log(captures.cqi), captures.locked_pairs, captures.closing_fuel_kg], axis=1)
+    outputs = np.stack([np.log(captures.cqi), captures.locked_pairs, log_fuel(captures.closing_fuel_kg)], axis=1)
     images = np.concatenate([image_of_features(mirror, captures.features[kept], captures.mus) for mirror in GROUP])
     scaling = {
         "input_mean": images.mean(axis=0, dtype=float),
