@@ -112,6 +112,16 @@ def test_a_tumbling_debris_is_met_where_it_will_be():
     assert not np.allclose(turning.points, still.points)
 
 
+def test_two_bunches_meet_sooner_round_a_debris_that_turns():
+    turning = closing.plan(seen(ROW, rate=(0.0, 0.0, np.radians(5.0))), RULES)
+    assert turning.pairs == 6
+    assert turning.duration_s == pytest.approx(38.0 / 5.0)
+    rolling = closing.plan(seen(ROW, rate=(np.radians(5.0), 0.0, 0.0)), RULES)
+    assert rolling.duration_s == RULES.bunch_duration_s, "a cylinder looks the same whichever way it has rolled"
+    wild = closing.plan(seen(ROW, rate=(0.0, 0.0, np.radians(60.0))), RULES)
+    assert wild.duration_s >= 0.6 * RULES.bunch_duration_s
+
+
 def test_the_lost_is_left_out_and_the_others_meet():
     lost = tuple(mu == 6 for mu in range(1, 9))
     plan = closing.plan(seen(DIAGONAL, lost=lost), RULES)

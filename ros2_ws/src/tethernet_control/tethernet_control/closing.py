@@ -123,9 +123,10 @@ def plan(seen: Sight, rules: MissionParameters) -> ClosingPlan:
         rules: size of the debris, clearances, durations.
     """
     best, best_rank = None, None
-    meeting_after = {duration: _Places(seen, rules, duration) for duration in _durations(rules)}
+    durations = _durations(seen, rules)
+    meeting_after = {duration: _Places(seen, rules, duration) for duration in durations}
     for groups in _groupings(seen.lost):
-        duration = _durations(rules)[len(groups) > 1]
+        duration = durations[len(groups) > 1]
         places = meeting_after[duration]
         chosen = [places.best(group) for group in groups]
         pairs = 8 if groups == [list(_RING)] else sum(len(group) - 1 for group in groups)
@@ -142,9 +143,18 @@ def plan(seen: Sight, rules: MissionParameters) -> ClosingPlan:
     return ClosingPlan(tuple(points), duration, pairs, not best_rank[0])
 
 
-def _durations(rules: MissionParameters) -> tuple[float, float]:
-    """Time to one meeting place, and to two [s]."""
-    return rules.closing_duration_s, rules.bunch_duration_s
+def _durations(seen: Sight, rules: MissionParameters) -> tuple[float, float]:
+    """Time to one meeting place, and to two [s].
+
+    Bunches meet sooner round a debris that turns: a row of net between two bunches is caught on its rim when it has
+    turned too far.
+    """
+    spin = seen.debris_rate @ seen.debris_axis
+    turning = float(np.linalg.norm(seen.debris_rate - spin * seen.debris_axis))
+    apart = rules.bunch_duration_s
+    if turning * apart > _TURN_RAD:
+        apart = max(_TURN_RAD / turning, _LEAST_SHARE * apart)
+    return rules.closing_duration_s, apart
 
 
 def bunches(closing_points: Sequence[Point]) -> list[list[int]]:
@@ -299,6 +309,8 @@ class _Places:
 
 _STILL_RAD = 0.05
 """A debris that turns less than this until the MUs meet is taken for still."""
+_TURN_RAD, _LEAST_SHARE = math.radians(38.0), 0.6
+"""The long axis may turn so far until two bunches meet, unless they had less than this share of their time for it."""
 _HALFWAY, _HOLD_S = 0.6, 2.0  # [-], [s]
 _MANY = 6
 """Bunches of more MUs than this come from all round the debris and meet behind its middle."""

@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from . import episodes, run_folder, task
+from .episode_settings import EpisodeSettings
 from .policy_file import AimingPolicy, constant_policy
 from .reward import Reward
 from .seeds import Purpose
@@ -19,35 +20,21 @@ FILE = "generations.json"
 
 
 @dataclass(frozen=True)
-class SearchSettings:
+class SearchSettings(EpisodeSettings):
     """Of the search with CMA-ES."""
 
-    mus: int
-    """4 or 8."""
-    seed: int = 0
-    episodes: int = 11360
-    """Budget; as many as PPO gets."""
     scenarios: int = 16
     """On which each candidate of a generation is flown: the same for all, others in the next generation."""
     candidates: int = 12
     """Of a generation."""
     sigma_m: float = 1.0
     """Initial standard deviation of the offsets [m]."""
-    reward: str = "threshold"
-    """One of :data:`.reward.VARIANTS`."""
-    symmetry: str = "none"
-    """One of :data:`.task.SYMMETRIES`."""
-    source: str = "surrogate"
-    """What captures come to: ``surrogate`` or ``full``."""
-    noise: str = "split"
-    """Of the surrogate, one of :data:`.surrogate_file.NOISES`."""
 
     def __post_init__(self):
         """Raises:
         ValueError: naming the value and what is allowed.
         """
-        if self.symmetry not in task.SYMMETRIES:
-            raise ValueError(f"symmetry {self.symmetry!r}; allowed: {', '.join(task.SYMMETRIES)}")
+        super().__post_init__()
         if self.scenarios < 1 or self.candidates < 4 or self.generations < 1:
             raise ValueError(
                 f"{self.episodes} episodes, {self.candidates} candidates on {self.scenarios} scenarios; "

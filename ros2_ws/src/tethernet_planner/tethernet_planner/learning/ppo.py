@@ -6,23 +6,17 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from . import task
+from .episode_settings import EpisodeSettings
 from .networks import dense
 from .policy_file import AimingPolicy
 
 
 @dataclass(frozen=True)
-class PpoSettings:
+class PpoSettings(EpisodeSettings):
     """The paper's where it tells them [P], else those of stable-baselines3 or assumed [A]. Everything else is a named
     deviation.
     """
 
-    mus: int
-    """4 or 8."""
-    seed: int = 0
-    """Of scenarios, weights and exploration: one seed gives one policy."""
-    episodes: int = 11360
-    """[P]"""
     envs: int = 32
     """Episodes in parallel [P]."""
     steps: int = 5
@@ -40,21 +34,12 @@ class PpoSettings:
     log_std: float = 0.0
     """Logarithm of the exploration's initial standard deviation, actions scaled to [-1, 1]: 0, the library's default,
     is 5 m for every MU; -2.3 is half a metre."""
-    reward: str = "threshold"
-    """One of :data:`.reward.VARIANTS`."""
-    symmetry: str = "none"
-    """One of :data:`.task.SYMMETRIES`."""
-    source: str = "surrogate"
-    """What captures come to: ``surrogate`` [P] or ``full``."""
-    noise: str = "split"
-    """Of the surrogate, one of :data:`.surrogate_file.NOISES`; ``paper`` [P]."""
 
     def __post_init__(self):
         """Raises:
         ValueError: naming the value and what is allowed.
         """
-        if self.symmetry not in task.SYMMETRIES:
-            raise ValueError(f"symmetry {self.symmetry!r}; allowed: {', '.join(task.SYMMETRIES)}")
+        super().__post_init__()
         for name in ("episodes", "envs", "steps", "batch", "epochs"):
             if getattr(self, name) < 1:
                 raise ValueError(f"{name} = {getattr(self, name)}; allowed: 1 or more")
