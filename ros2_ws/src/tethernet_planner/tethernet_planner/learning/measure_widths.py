@@ -21,7 +21,7 @@ from .flown import from_outcomes
 from .progress import Progress
 from .seeds import Purpose
 
-FACTORS = (0.8, 0.9, 0.97, 0.99, 1.0, 1.01, 1.02, 1.04, 1.1)
+FACTORS = (0.6, 0.65, 0.7, 0.8, 0.9, 0.97, 1.0, 1.02, 1.04, 1.1)
 HEAD = "| width | captured | fuel per MU, kg | until the trigger, kg | trigger, s | mouth, m^2 |"
 
 
