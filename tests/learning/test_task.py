@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from tethernet_control.layout import design
-from tethernet_planner.learning import make_data, net_features, symmetry, task
+from tethernet_planner.learning import make_data, net_features, spread, symmetry, task
 from tethernet_planner.learning.seeds import Purpose, sequence
 from tethernet_sim.model import CENTRAL_KNOT
 
@@ -93,3 +93,21 @@ def test_features_of_the_flat_net_are_mapped_onto_themselves(mus):
     for mirrored in symmetry.GROUP:
         image = net_features.image_of_features(mirrored, flat.reshape(1, -1), mus)
         assert np.allclose(image, flat.reshape(1, -1))
+
+
+@pytest.mark.parametrize("mus", [4, 8])
+def test_data_sets_hold_narrow_mouths_mouths_beside_the_debris_and_torn_ones(mus):
+    random = np.random.default_rng(1)
+    drawn = np.array([spread.random_offsets(random, mus) for _ in range(600)])
+    assert np.array_equal(drawn, task.on_grid(drawn))
+    assert np.abs(drawn).max() == task.OFFSET_LIMIT_M
+    nominal = np.array(design(mus).nominal_offsets)
+    inwards = -(drawn * nominal).sum(axis=(1, 2)) / (nominal**2).sum()
+    own = drawn + inwards[:, None, None] * nominal
+    common = np.linalg.norm(own.mean(axis=1), axis=1)
+    torn = np.abs(drawn).max(axis=(1, 2)) > 3.5
+    narrow = (inwards > 0.1) & (np.abs(own).max(axis=(1, 2)) < 2.5)
+    assert 0.5 * spread.SHARES[mus]["narrow"] < narrow.mean() < spread.SHARES[mus]["narrow"] + 0.1
+    assert torn.mean() > 0.8 * spread.SHARES[mus]["torn"]
+    assert (common > 2.0).mean() > 0.2 * spread.SHARES[mus]["beside"]
+    assert sum(spread.SHARES[mus].values()) == pytest.approx(1.0)
