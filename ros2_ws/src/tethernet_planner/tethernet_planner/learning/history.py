@@ -60,6 +60,7 @@ def plot(path: Path, lines: Sequence[Sequence[float]], title: str) -> None:
     axes[1].set_ylabel("terms of the reward")
     axes[2].plot(values["episodes"], 100 * values["captured"])
     axes[2].set_ylabel("captured [%]")
+    axes[2].set_ylim(min(89.0, 100 * values["captured"].min() - 1.0), 101.0)  # no share is above 100
     axes[3].plot(values["episodes"], 1000 * values["fuel_kg"])
     axes[3].set_ylabel("total fuel [g]")
     axes[3].set_xlabel("episodes")
