@@ -142,13 +142,13 @@ def test_a_card_with_the_scores_of_another_policy_is_refused(tmp_path, short, ca
     assert not shipped_models.place("policy", 8).exists()
 
 
-def test_narrow_aiming_points_come_late_and_burn_more(capsys):
+def test_narrow_aiming_points_come_late_and_burn_less(capsys):
     assert measure_widths.main(["--mus", "4", "--scenarios", "1", "--factors", "0.9", "1"]) == 0
     narrow, nominal = (
         [float(cell) for cell in row.split("|")[3:7]] for row in capsys.readouterr().out.splitlines()[2:]
     )
     assert narrow[2] > nominal[2] + 0.5  # the trigger
-    assert narrow[0] > 1.2 * nominal[0]  # the fuel
+    assert narrow[0] < 0.9 * nominal[0]  # the fuel
     assert narrow[3] < nominal[3]  # the mouth
     with pytest.raises(SystemExit):
         measure_widths.main(["--mus", "4", "--factors", "-1"])
