@@ -155,6 +155,7 @@ def test_fuel_of_a_constant_thrust_in_closed_form():
 def test_the_papers_parameters():
     p = paper(ControlParameters)
     assert (p.estimator, p.feed_forward, p.ramp_time_s, p.dead_band_n) == ("raw", False, 0.0, 0.0)
+    assert p.follow_through_m == 0.0
     assert (p.kp, p.ki, p.kd, p.thrust_limit_n) == (10.0, 6.0, 6.0, 5.1)
     assert (p.control_period_s, p.deployment_time_s, p.specific_impulse_s) == (0.05, 25.0, 60.0)
     assert 3.0 * p.position_sigma_m == pytest.approx(0.1)
