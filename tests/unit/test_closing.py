@@ -7,6 +7,7 @@ from scipy.spatial.transform import Rotation
 from tests.physics import make_world
 from tethernet_control import closing
 from tethernet_control.layout import design
+from tethernet_control.mouth import spanned
 from tethernet_control.parameters import load
 from tethernet_control.settings import MissionParameters
 from tethernet_control.target import Outline, axis_after, gap
@@ -136,6 +137,18 @@ def test_who_is_far_beside_its_aiming_point_is_lost():
     assert closing.off_course(places, aims, RULES) == (False,) * 8, "all late alike is not lost"
     places[2] += (RULES.off_course_m, 0.0, 0.0)
     assert closing.off_course(places, aims, RULES) == (False, False, True, *(False,) * 5)
+
+
+def test_nobody_is_lost_whom_a_net_too_short_holds_back():
+    aims = MOUTH * (1.0, 1.0, 0.0)
+    aims[4, :2] += (0.0, -5.0)  # side MU 5 out,
+    aims[0, :2] += (-5.0, 5.0)  # its neighbour in corner 1 away from it
+    places = spanned(aims)
+    assert np.linalg.norm(places - aims, axis=1).max() > 2.0
+    places[:, 2] = MOUTH[:, 2]
+    assert closing.off_course(places, aims, RULES) == (False,) * 8
+    places[3, :2] -= RULES.off_course_m
+    assert closing.off_course(places, aims, RULES) == (False, False, False, True, *(False,) * 4)
 
 
 def test_a_rally_goes_to_the_last_and_gives_up_who_is_too_far():

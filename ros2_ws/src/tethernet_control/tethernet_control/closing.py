@@ -18,6 +18,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from .layout import CORNER_THREAD_M, KNOT_ROWS, SIDE_THREAD_M, design
+from .mouth import spanned
 from .settings import MissionParameters
 from .target import Outline, axis_after, gap
 
@@ -89,14 +90,14 @@ def sight(
 
 def off_course(mu_positions, aiming_points, rules: MissionParameters) -> tuple[bool, ...]:
     """Which MUs are lost, as far as their places at the trigger tell: far beside their aiming points, or far before or
-    behind the others.
+    behind the others. Nobody is lost who is only held back by a net too short for the points it was given.
 
     Args:
         mu_positions: [m], shape (M, 3).
         aiming_points: [m], shape (M, 3).
         rules: gives the limit.
     """
-    miss = np.asarray(mu_positions, float) - np.asarray(aiming_points, float)
+    miss = np.asarray(mu_positions, float) - spanned(aiming_points)
     miss[:, 2] -= np.median(miss[:, 2])
     return tuple(bool(far) for far in np.linalg.norm(miss, axis=1) > rules.off_course_m)
 

@@ -8,11 +8,11 @@ from tethernet_control.layout import design
 
 from .task import OFFSET_LIMIT_M, on_grid
 
-SHARES = {4: {"narrow": 0.35, "beside": 0.35, "torn": 0.3}, 8: {"narrow": 0.35, "beside": 0.1, "torn": 0.55}}
+SHARES = {4: {"narrow": 0.4, "beside": 0.45, "torn": 0.15}, 8: {"narrow": 0.3, "beside": 0.5, "torn": 0.2}}
 """Of all scenarios, by number of MUs and kind. narrow: where a policy that saves fuel will aim; captures that succeed,
-told apart by their fuel. beside: all MUs aim beside the debris together; what fails there mostly never comes to
-closing. torn: a mouth out of shape, past which the debris slips; with 8 MUs next to nothing else fails with closing
-begun."""
+told apart by their fuel. beside: all MUs aim beside the debris together; most of what fails, because the net's centre
+of mass must come within 2.5 m of the debris' or closing never begins. torn: a mouth out of shape, the MUs' own offsets
+as large as actions may be."""
 
 _NARROW = {4: (0.0, 0.45), 8: (-0.05, 0.25)}
 """Narrow: least and largest part of the way from the nominal points to the middle, by number of MUs. With 4 MUs fuel is
@@ -21,9 +21,8 @@ least at 0.3; with 8, whose closing wants a flat net, at the nominal points."""
 _NARROW_OWN_M = 2.0
 """Narrow: largest offset of an MU of its own [m]."""
 
-_BESIDE_M = 3.0
-"""Beside: largest common offset [m]: the net's centre of mass must come within 2.5 m of the debris', or closing never
-begins and there is nothing to predict."""
+_BESIDE_M = 5.0
+"""Beside: largest common offset [m]; from about 2.5 m on closing does not begin."""
 
 _BESIDE_OWN_M = 3.5
 """Beside: largest offset of an MU from the common one [m]."""
