@@ -1,5 +1,6 @@
 """Surrogates: what is saved predicts what was trained, wrong files are explained, one seed gives one model."""
 
+import dataclasses
 import json
 
 import numpy as np
@@ -69,6 +70,12 @@ def test_what_is_saved_predicts_what_was_trained(name, material, tmp_path):
     judged = scores(again, test)
     assert judged["balanced"] > 0.8
     assert judged["inference_ms"] < 50.0
+    assert judged["all"]["right"] == judged["right"], "closing began in all of them"
+    more = scores(again, dataclasses.replace(test, scenarios=len(test.captured) + 40))
+    assert more["right"] == judged["right"]
+    assert more["all"]["scenarios"] == len(test.captured) + 40
+    assert more["all"]["failures"] == judged["failures"] + 40
+    assert more["all"]["right"] == pytest.approx((60 * judged["right"] + 40) / 100)
     assert json.dumps(judged)
     same = train_one(name, material, 3, overrides, {})
     assert all(np.array_equal(same.arrays[key], surrogate.arrays[key]) for key in same.arrays)

@@ -41,9 +41,11 @@ def scores(surrogate: Surrogate, test: Captures) -> dict:
         test: scenarios that it has never seen.
 
     Returns:
-        ``right``: share of scenarios rightly told captured or not by the predicted CQI and locked pairs [P], with its
-        95 % interval (Wilson); ``balanced``: mean of the shares among captured and failed ones; the same by the
-        probability; ``brier`` and ``calibration_error`` of the probability; ``calibration``: its bins (predicted,
+        ``right``: share of the scenarios with closing begun that are rightly told captured or not by the predicted CQI
+        and locked pairs [P], with its 95 % interval (Wilson); ``balanced``: mean of the shares among captured and
+        failed ones; the same by the probability; ``all``: the same of all unseen scenarios, where those in which
+        closing never began count as told "not captured" without asking the surrogate, as learning and the assessor do;
+        ``brier`` and ``calibration_error`` of the probability; ``calibration``: its bins (predicted,
         observed, count); errors of CQI (below 20), locked pairs and fuel; ``always_captured``: the share that who
         always says "captured" would tell rightly.
     """
@@ -56,6 +58,7 @@ def scores(surrogate: Surrogate, test: Captures) -> dict:
     every = _errors(predicted, test, inside)
     fuel_error = test.closing_fuel_kg - predicted.closing_fuel_kg
     return {
+        "all": _with_those_never_closed(said, test),
         "scenarios": len(true),
         "failures": int((~true).sum()),
         "always_captured": float(true.mean()),
@@ -77,6 +80,19 @@ def scores(surrogate: Surrogate, test: Captures) -> dict:
         "closing_fuel_error_captured_mean_kg": float(fuel_error[true].mean()) if true.any() else 0.0,
         "closing_fuel_error_captured_std_kg": float(fuel_error[true].std()) if true.any() else 0.0,
         "inference_ms": _inference_ms(surrogate, test.features[:1]),
+    }
+
+
+def _with_those_never_closed(said: np.ndarray, test: Captures) -> dict:
+    never = np.zeros(test.scenarios - len(said), bool)
+    said, true = np.concatenate([said, never]), np.concatenate([test.captured, never])
+    right = said == true
+    return {
+        "scenarios": len(true),
+        "failures": int((~true).sum()),
+        "right": float(right.mean()),
+        "right_95": _wilson(int(right.sum()), len(right)),
+        "balanced": _balanced(said, true),
     }
 
 
