@@ -65,8 +65,8 @@ def table(results: dict[str, dict], best: str, about: dict) -> str:
         "",
         f"{about['train_scenarios']} training scenarios, {100 * about['train_failure_share']:.1f} % not captured; "
         f"tested on {every['scenarios']} unseen ones, {every['failures']} of them "
-        f"({100 * every['failures'] / every['scenarios']:.1f} %) not captured. In {first['scenarios']} of these closing "
-        f'began, {first["failures"]} of them were not captured (who always says "captured" is right in '
+        f"({100 * every['failures'] / every['scenarios']:.1f} %) not captured. In {first['scenarios']} of these "
+        f'closing began, {first["failures"]} of them were not captured (who always says "captured" is right in '
         f"{100 * first['always_captured']:.1f} %); where it never begins nobody asks the surrogate.",
         "",
         "| model | all: right (95 %) | balanced | closing began: right, by CQI and pairs (95 %) | balanced | right, by "
