@@ -139,14 +139,18 @@ def test_the_vectorised_side_contact_equals_the_general_one():
         touched, forces, touching, kick, knot_pos, kicked, np.zeros((0, 3)), np.zeros((0, 3)), debris, force, torque
     )
 
-    side, work, fast = np.arange(count), np.zeros(12 * contact.ROOM), np.zeros((count, 3))
-    contact.gather(knot_pos, knot_vel, debris, side, count, work)
-    contact.fetch_bristles(bristles, side, count, work)
+    room = contact.ROOM
+    side, work, fast = np.arange(count, dtype=np.uint32), np.zeros(12 * room), np.zeros((count, 3))
+    held, which = np.zeros((3, room)), np.zeros(room, np.uint32)
+    contact.fetch_bristles(bristles, side, count, held)
     fast_kicked, fast_force, fast_torque = knot_vel.copy(), np.zeros(3), np.zeros(3)
     assert 20 < touching < 50
-    assert touching == contact.side_forces(work, count, debris, matrix, rate, N, fast_force, fast_torque)
-    contact.kick_side(side, count, work, kick, fast_kicked)
-    contact.store_bristles(fast, side, count, work)
+    assert touching == contact.find_touching(knot_pos, debris, matrix, N, side, count, held, np.zeros(room), which)
+    assert set(side[which[:touching]]) == set(touched[:touching])
+    filled = contact.gather(knot_pos, knot_vel, debris, side, held, which, touching, work)
+    contact.side_forces(work, filled, debris, matrix, rate, N, fast_force, fast_torque)
+    contact.kick_side(side, held, which, touching, work, kick, fast_kicked)
+    contact.store_bristles(fast, side, count, held)
     assert np.allclose(fast_kicked, kicked, atol=1e-12)
     assert np.allclose(fast, general, atol=1e-15)
     assert np.allclose(fast_force, force, atol=1e-10)
@@ -161,10 +165,10 @@ def test_the_search_lists_all_that_may_touch_and_tells_side_from_ends():
     debris[9] = 1.0
     room = contact.ROOM
     side, others, flags = np.zeros(room + 1, np.uint32), np.zeros(room, np.uint32), np.zeros(room, np.uint8)
-    margin = 5.0 * contact.NEAR_STEPS * N.time_step
+    squared, margin = np.zeros(room), 5.0 * contact.NEAR_STEPS * N.time_step
     sides, rest, steps = contact.find_candidates(
-        knot_pos, mu_pos, debris, np.eye(3), N, 5.0, side, others, np.zeros(room), np.zeros(room), flags,
-        flags.view(np.uint64), np.zeros(room, np.uint32),
+        knot_pos, mu_pos, debris, np.eye(3), N, 5.0, side, others, squared, squared.view(np.uint64),
+        np.zeros(room), flags, flags.view(np.uint64), np.zeros(room, np.uint32),
     )  # fmt: skip
     assert steps == contact.NEAR_STEPS
     distance = np.array([contact.surface(*p, N.debris_radius, N.debris_half_length)[0] for p in knot_pos.T])
@@ -181,10 +185,10 @@ def test_a_far_net_is_searched_seldom():
     debris = np.zeros(13)
     debris[9] = 1.0
     room = contact.ROOM
-    flags = np.zeros(room, np.uint8)
+    flags, squared = np.zeros(room, np.uint8), np.zeros(room)
     found = contact.find_candidates(
         np.full((3, 529), 20.0), np.full((8, 3), 20.0), debris, np.eye(3), N, 5.0, np.zeros(room + 1, np.uint32),
-        np.zeros(room, np.uint32), np.zeros(room), np.zeros(room), flags, flags.view(np.uint64),
+        np.zeros(room, np.uint32), squared, squared.view(np.uint64), np.zeros(room), flags, flags.view(np.uint64),
         np.zeros(room, np.uint32),
     )  # fmt: skip
     assert found == (0, 0, contact.FAR_STEPS)

@@ -6,6 +6,9 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+
+from ..model import KNOTS
 from .listing import listed
 from .options import leaf
 
@@ -18,6 +21,8 @@ ROOM = 536
 """Room for all knots, in whole cache lines."""
 FAR_STEPS = 500
 """Steps between two searches at the most."""
+FAR_AWAY = 1e3
+"""Nothing touches the debris at this distance along each axis [m]."""
 
 
 @leaf
@@ -49,21 +54,29 @@ def surface(rx, ry, rz, radius, half_length):
 
 
 @leaf
-def fastest(knot_vel, mu_vel, debris, spin, reach):
+def fastest(knot_vel, mu_vel, debris, spin, reach, squared, ordered):
     """Bound of any particle's speed relative to the debris' material until the next search [m/s].
 
     Args:
-        knot_vel: (3, 529) [m/s].
+        knot_vel: (3, ROOM) [m/s].
         mu_vel: (M, 3) [m/s].
         debris: body state (13,).
         spin: magnitude of its angular rate [rad/s].
         reach: its farthest point from its centre [m].
+        squared: work space, (ROOM,).
+        ordered: the same numbers' bits, unsigned, (ROOM,).
     """
     vx, vy, vz = debris[3], debris[4], debris[5]
     x, y, z = knot_vel[0], knot_vel[1], knot_vel[2]
-    most = 0.0
-    for i in range(len(x)):
-        most = max(most, (x[i] - vx) * (x[i] - vx) + (y[i] - vy) * (y[i] - vy) + (z[i] - vz) * (z[i] - vz))
+    for i in range(KNOTS):
+        dx, dy, dz = x[i] - vx, y[i] - vy, z[i] - vz
+        squared[i] = dx * dx + dy * dy + dz * dz
+    # Bits of numbers that are not negative are in the numbers' order, NaN last. Unlike numbers, which can be NaN, they
+    # are compared vectorised.
+    top = np.uint64(0)
+    for i in range(KNOTS):
+        top = max(top, ordered[i])
+    most = np.uint64(top).view(np.float64)
     for m in range(len(mu_vel)):
         dx, dy, dz = mu_vel[m, 0] - vx, mu_vel[m, 1] - vy, mu_vel[m, 2] - vz
         most = max(most, dx * dx + dy * dy + dz * dz)
@@ -72,12 +85,12 @@ def fastest(knot_vel, mu_vel, debris, spin, reach):
 
 @leaf
 def find_candidates(
-    knot_pos, mu_pos, debris, matrix, numbers, speed, side, others, squared, along, flags, blocks, busy
+    knot_pos, mu_pos, debris, matrix, numbers, speed, side, others, squared, ordered, along, flags, blocks, busy
 ):
     """List the particles that may touch the debris before the next search.
 
     Args:
-        knot_pos: (3, 529) [m].
+        knot_pos: (3, ROOM) [m].
         mu_pos: (M, 3) [m].
         debris: body state (13,).
         matrix: its rotation (3, 3).
@@ -86,6 +99,7 @@ def find_candidates(
         side: output, knots that can touch nothing but the cylinder's side until then.
         others: output, all other particles: MUs, knots near the flat ends.
         squared: work space, (ROOM,).
+        ordered: the same numbers' bits, unsigned, (ROOM,).
         along: work space, (ROOM,).
         flags: work space, one byte for each knot, zeros beyond, (ROOM,).
         blocks: the same bytes, eight in one, (ROOM / 8,).
@@ -97,16 +111,18 @@ def find_candidates(
     radius, half_length = numbers.debris_radius, numbers.debris_half_length
     reach = math.sqrt(radius * radius + half_length * half_length) + max(numbers.knot_radius, numbers.mu_radius)
     margin = speed * NEAR_STEPS * numbers.time_step
-    knots, mus = knot_pos.shape[1], mu_pos.shape[0]
+    mus = mu_pos.shape[0]
     px, py, pz = debris[0], debris[1], debris[2]
     ax, ay, az = matrix[0, 2], matrix[1, 2], matrix[2, 2]
     x, y, z = knot_pos[0], knot_pos[1], knot_pos[2]
-    nearest = 1e300
-    for i in range(knots):
+    for i in range(KNOTS):
         dx, dy, dz = x[i] - px, y[i] - py, z[i] - pz
         squared[i] = dx * dx + dy * dy + dz * dz
         along[i] = ax * dx + ay * dy + az * dz
-        nearest = min(nearest, squared[i])
+    bottom = ordered[0]
+    for i in range(KNOTS):
+        bottom = min(bottom, ordered[i])
+    nearest = np.uint64(bottom).view(np.float64)
     for m in range(mus):
         dx, dy, dz = mu_pos[m, 0] - px, mu_pos[m, 1] - py, mu_pos[m, 2] - pz
         nearest = min(nearest, dx * dx + dy * dy + dz * dz)
@@ -115,7 +131,7 @@ def find_candidates(
     # Within the sphere round the debris: a cylinder that is larger all round decides, without roots.
     size = numbers.knot_radius
     wide, long = (radius + size + margin) * (radius + size + margin), half_length + size + margin
-    for i in range(knots):
+    for i in range(KNOTS):
         flags[i] = (squared[i] - along[i] * along[i] < wide) & (abs(along[i]) < long)
     count = listed(flags, blocks, busy, side)
     side_count, others_count = 0, 0
@@ -133,41 +149,94 @@ def find_candidates(
         dx, dy, dz = mu_pos[m, 0] - px, mu_pos[m, 1] - py, mu_pos[m, 2] - pz
         axial = ax * dx + ay * dy + az * dz
         if dx * dx + dy * dy + dz * dz - axial * axial < wide and abs(axial) < long:
-            others[others_count] = knots + m
+            others[others_count] = KNOTS + m
             others_count += 1
     return side_count, others_count, NEAR_STEPS
 
 
 @leaf
-def gather(knot_pos, knot_vel, debris, side, count, work):
-    """Copy position relative to the debris' centre [m] and velocity [m/s] of the ``side`` knots to ``work``."""
-    px, py, pz = debris[0], debris[1], debris[2]
-    for j in range(count):
-        i = side[j]
-        work[j], work[j + ROOM], work[j + 2 * ROOM] = knot_pos[0, i] - px, knot_pos[1, i] - py, knot_pos[2, i] - pz
-        work[j + 3 * ROOM], work[j + 4 * ROOM] = knot_vel[0, i], knot_vel[1, i]
-        work[j + 5 * ROOM] = knot_vel[2, i]
-
-
-@leaf
-def fetch_bristles(bristles, side, count, work):
-    """Copy the bristles of the ``side`` knots to ``work``."""
+def fetch_bristles(bristles, side, count, held):
+    """Copy the bristles of the ``side`` knots to ``held`` (3, ROOM)."""
     for j in range(count):
         for axis in range(3):
-            work[j + (6 + axis) * ROOM] = bristles[side[j], axis]
+            held[axis, j] = bristles[side[j], axis]
 
 
 @leaf
-def store_bristles(bristles, side, count, work):
+def store_bristles(bristles, side, count, held):
     """Copy the bristles of the ``side`` knots back."""
     for j in range(count):
         for axis in range(3):
-            bristles[side[j], axis] = work[j + (6 + axis) * ROOM]
+            bristles[side[j], axis] = held[axis, j]
+
+
+@leaf
+def find_touching(knot_pos, debris, matrix, numbers, side, count, held, kept, touching):
+    """List which of the ``side`` knots touch: most of them only hover. The others' bristles are forgotten.
+
+    Args:
+        knot_pos: (3, ROOM) [m].
+        debris: body state (13,).
+        matrix: its rotation (3, 3).
+        numbers: constants of the model.
+        side: knots to look at.
+        count: how many.
+        held: their bristles [m], (3, ROOM); updated.
+        kept: work space, (ROOM,).
+        touching: output, where in ``side`` the touching ones are, (ROOM + 1,).
+
+    Returns:
+        How many touch.
+    """
+    size = numbers.debris_radius + numbers.knot_radius
+    size_squared = size * size
+    px, py, pz = debris[0], debris[1], debris[2]
+    m00, m10, m20 = matrix[0, 0], matrix[1, 0], matrix[2, 0]
+    m01, m11, m21 = matrix[0, 1], matrix[1, 1], matrix[2, 1]
+    x, y, z = knot_pos[0], knot_pos[1], knot_pos[2]
+    found = np.uint64(0)
+    for j in range(count):
+        i = side[j]
+        dx, dy, dz = x[i] - px, y[i] - py, z[i] - pz
+        rx, ry = m00 * dx + m10 * dy + m20 * dz, m01 * dx + m11 * dy + m21 * dz
+        touches = rx * rx + ry * ry < size_squared
+        touching[found] = j
+        found += np.uint64(touches)
+        kept[j] = touches
+    for axis in range(3):
+        bristle = held[axis]
+        for j in range(count):
+            bristle[j] *= kept[j]
+    return np.int64(found)
+
+
+@leaf
+def gather(knot_pos, knot_vel, debris, side, held, touching, count, work):
+    """Copy what :func:`side_forces` needs of the touching ``side`` knots to ``work``, and fill up a whole vector.
+
+    Returns:
+        How many ``work`` holds; those beyond ``count`` touch nothing.
+    """
+    px, py, pz = debris[0], debris[1], debris[2]
+    for k in range(count):
+        j = touching[k]
+        i = side[j]
+        work[k], work[k + ROOM], work[k + 2 * ROOM] = knot_pos[0, i] - px, knot_pos[1, i] - py, knot_pos[2, i] - pz
+        work[k + 3 * ROOM], work[k + 4 * ROOM] = knot_vel[0, i], knot_vel[1, i]
+        work[k + 5 * ROOM] = knot_vel[2, i]
+        work[k + 6 * ROOM], work[k + 7 * ROOM], work[k + 8 * ROOM] = held[0, j], held[1, j], held[2, j]
+    filled = (count + 7) // 8 * 8
+    for k in range(count, filled):
+        for row in range(3):
+            work[k + row * ROOM] = FAR_AWAY
+        for row in range(3, 9):
+            work[k + row * ROOM] = 0.0
+    return filled
 
 
 @leaf
 def side_forces(work, count, debris, matrix, rate, numbers, force, torque):
-    """What :func:`contact_forces` does, for knots that can touch the cylinder's side only; without branches, so that it
+    """What :func:`contact_forces` does, for knots that touch the cylinder's side only; without branches, so that it
     vectorises.
 
     Args:
@@ -180,9 +249,6 @@ def side_forces(work, count, debris, matrix, rate, numbers, force, torque):
         numbers: constants of the model.
         force: on the debris [N], (3,); added to.
         torque: on the debris about its centre of mass [N m], (3,); added to.
-
-    Returns:
-        How many knots touch.
     """
     size, damping = numbers.debris_radius + numbers.knot_radius, numbers.knot_contact_damping
     stiffness, softness, dt = numbers.contact_stiffness, 1.0 / numbers.contact_stiffness, numbers.time_step
@@ -192,7 +258,7 @@ def side_forces(work, count, debris, matrix, rate, numbers, force, torque):
     m00, m01, m02 = matrix[0, 0], matrix[0, 1], matrix[0, 2]
     m10, m11, m12 = matrix[1, 0], matrix[1, 1], matrix[1, 2]
     m20, m21, m22 = matrix[2, 0], matrix[2, 1], matrix[2, 2]
-    sx, sy, sz, tx, ty, tz, touching = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0
+    sx, sy, sz, tx, ty, tz = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     for j in range(count):
         dx, dy, dz = work[j], work[j + ROOM], work[j + 2 * ROOM]
         vx = work[j + 3 * ROOM] - qx - (wy * dz - wz * dy)
@@ -220,20 +286,20 @@ def side_forces(work, count, debris, matrix, rate, numbers, force, torque):
         work[j + 9 * ROOM], work[j + 10 * ROOM], work[j + 11 * ROOM] = fx, fy, fz
         sx, sy, sz = sx + fx, sy + fy, sz + fz
         tx, ty, tz = tx + (dy * fz - dz * fy), ty + (dz * fx - dx * fz), tz + (dx * fy - dy * fx)
-        touching += 1 if depth > 0.0 else 0
     force[0], force[1], force[2] = force[0] - sx, force[1] - sy, force[2] - sz
     torque[0], torque[1], torque[2] = torque[0] - tx, torque[1] - ty, torque[2] - tz
-    return touching
 
 
 @leaf
-def kick_side(side, count, work, kick, knot_vel):
-    """Kick the ``side`` knots by one step under their forces."""
-    for j in range(count):
+def kick_side(side, held, touching, count, work, kick, knot_vel):
+    """Kick the touching ``side`` knots by one step under their forces, keep their bristles."""
+    for k in range(count):
+        j = touching[k]
         i = side[j]
         gain = kick[i]
         for axis in range(3):
-            knot_vel[axis, i] += gain * work[j + (9 + axis) * ROOM]
+            knot_vel[axis, i] += gain * work[k + (9 + axis) * ROOM]
+            held[axis, j] = work[k + (6 + axis) * ROOM]
 
 
 @leaf
@@ -246,8 +312,8 @@ def contact_forces(
     normal force; the spring never holds more than friction can, what is beyond has slid.
 
     Args:
-        knot_pos: (3, 529) [m].
-        knot_vel: (3, 529) [m/s].
+        knot_pos: (3, ROOM) [m].
+        knot_vel: (3, ROOM) [m/s].
         mu_pos: (M, 3) [m].
         mu_vel: (M, 3) [m/s].
         candidates: particles to look at.
@@ -264,7 +330,6 @@ def contact_forces(
         How many particles touch.
     """
     touching = 0
-    knots = knot_pos.shape[1]
     radius, half_length = numbers.debris_radius, numbers.debris_half_length
     stiffness, softness, dt = numbers.contact_stiffness, 1.0 / numbers.contact_stiffness, numbers.time_step
     friction = numbers.friction
@@ -275,11 +340,11 @@ def contact_forces(
     m20, m21, m22 = matrix[2, 0], matrix[2, 1], matrix[2, 2]
     for j in range(count):
         particle = candidates[j]
-        if particle < knots:
+        if particle < KNOTS:
             size, damping = numbers.knot_radius, numbers.knot_contact_damping
             dx, dy, dz = knot_pos[0, particle] - px, knot_pos[1, particle] - py, knot_pos[2, particle] - pz
         else:
-            m = particle - knots
+            m = particle - KNOTS
             size, damping = numbers.mu_radius, numbers.mu_contact_damping
             dx, dy, dz = mu_pos[m, 0] - px, mu_pos[m, 1] - py, mu_pos[m, 2] - pz
         rz = m02 * dx + m12 * dy + m22 * dz
@@ -296,10 +361,10 @@ def contact_forces(
             continue
         # Velocity of the particle relative to the debris' material at the particle, in the debris frame. Forces act
         # on both at the same point, so that angular momentum is conserved exactly.
-        if particle < knots:
+        if particle < KNOTS:
             vx, vy, vz = knot_vel[0, particle], knot_vel[1, particle], knot_vel[2, particle]
         else:
-            m = particle - knots
+            m = particle - KNOTS
             vx, vy, vz = mu_vel[m, 0], mu_vel[m, 1], mu_vel[m, 2]
         vx = vx - qx - (wy * dz - wz * dy)
         vy = vy - qy - (wz * dx - wx * dz)
@@ -352,26 +417,25 @@ def react(touched, forces, count, kick, knot_pos, knot_vel, mu_pos, mu_force, de
         forces: on them [N], (..., 3).
         count: how many.
         kick: velocity per force in one step of each knot [s/kg], (529,).
-        knot_pos: (3, 529) [m].
-        knot_vel: (3, 529) [m/s]; updated.
+        knot_pos: (3, ROOM) [m].
+        knot_vel: (3, ROOM) [m/s]; updated.
         mu_pos: (M, 3) [m].
         mu_force: (M, 3) [N]; updated.
         debris: body state (13,).
         force: on the debris [N], (3,); added to.
         torque: on the debris about its centre of mass [N m], (3,); added to.
     """
-    knots = knot_pos.shape[1]
     sx, sy, sz, tx, ty, tz = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     for j in range(count):
         i = touched[j]
         fx, fy, fz = forces[j, 0], forces[j, 1], forces[j, 2]
-        if i < knots:
+        if i < KNOTS:
             knot_vel[0, i] += kick[i] * fx
             knot_vel[1, i] += kick[i] * fy
             knot_vel[2, i] += kick[i] * fz
             dx, dy, dz = knot_pos[0, i] - debris[0], knot_pos[1, i] - debris[1], knot_pos[2, i] - debris[2]
         else:
-            m = i - knots
+            m = i - KNOTS
             mu_force[m, 0] += fx
             mu_force[m, 1] += fy
             mu_force[m, 2] += fz

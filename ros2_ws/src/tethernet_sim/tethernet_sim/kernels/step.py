@@ -95,9 +95,20 @@ def tether_force(knot_pos, knot_vel, chaser, matrix, rate, numbers, rest, force,
 
 
 @kernel
+def aligned_rows():
+    """Three rows for all knots, each beginning where a cache line does: loads of whole vectors cost twice as much
+    across the border of two.
+    """
+    line = 64 // 8
+    store = np.zeros(3 * contact.ROOM + line)
+    begin = (-(store.ctypes.data // 8)) % line
+    return store[begin : begin + 3 * contact.ROOM].reshape(3, contact.ROOM)
+
+
+@kernel
 def advance_scenario(
     numbers, arrays, steps, thrust, external, target_pos, target_vel,
-    knot_pos, knot_vel, mu_pos, mu_vel, bodies, bristle, closing, pair_length, locked, tether_length,
+    all_knot_pos, all_knot_vel, mu_pos, mu_vel, bodies, bristle, closing, pair_length, locked, tether_length,
 ):  # fmt: skip
     """Fly one scenario for ``steps`` steps under constant thrust.
 
@@ -109,7 +120,7 @@ def advance_scenario(
         external: per MU, whether its stand-in follows a target (M,).
         target_pos: the target at the first step [m], (M, 3).
         target_vel: its velocity [m/s], (M, 3).
-        knot_pos, knot_vel, mu_pos, mu_vel, bodies, bristle, pair_length, locked: the scenario's state, see State;
+        all_knot_pos, all_knot_vel, mu_pos, mu_vel, bodies, bristle, pair_length, locked: the scenario's state, see State;
         updated.
         closing: closing has begun.
         tether_length: locked length of the main tether [m].
@@ -117,14 +128,15 @@ def advance_scenario(
     Returns:
         Particles in contact with the debris at the last step.
     """
-    kick, all_pairs, ends = arrays.kick, arrays.pairs, arrays.ends
+    kick, all_pairs = arrays.kick, arrays.pairs
     mu_knot, mu_thread = arrays.mu_knot, arrays.mu_thread
     dt = numbers.time_step
     mus = len(mu_knot)
-    flags = np.zeros(threads.FLAGS, np.uint8)
-    blocks, row_flags, column_flags = flags.view(np.uint64), flags[: threads.ROW_THREADS], flags[threads.ROW_THREADS :]
-    busy, taut_threads = np.empty(len(blocks) + 1, np.uint32), np.empty(threads.FLAGS + 1, np.uint32)
-    taut_force = np.empty((3, threads.DENSE_FROM))
+    row_flags, column_flags = np.zeros(threads.ROW_THREADS, np.uint8), np.zeros(threads.COLUMN_FLAGS, np.uint8)
+    row_blocks, column_blocks = row_flags.view(np.uint64), column_flags.view(np.uint64)
+    busy = np.empty(contact.ROOM, np.uint32)
+    taut_rows, taut_columns = np.empty(KNOTS + 1, np.uint32), np.empty(KNOTS + 1, np.uint32)
+    taut_work = np.empty((5, threads.DENSE_FROM))
     row_force, column_force = np.zeros((3, KNOTS + 1)), np.zeros((3, KNOTS + KNOT_ROWS))
     mu_force = np.zeros((mus, 3))
     pulls = np.zeros((mus + 1, 3))  # on the MUs' knots, then on the central knot
@@ -133,7 +145,9 @@ def advance_scenario(
     near_flags = np.zeros(contact.ROOM, np.uint8)
     near_blocks = near_flags.view(np.uint64)
     work = np.empty(12 * contact.ROOM)
+    held, kept, touching_side = np.empty((3, contact.ROOM)), np.empty(contact.ROOM), np.empty(contact.ROOM, np.uint32)
     squared, along = np.empty(contact.ROOM), np.empty(contact.ROOM)
+    ordered = squared.view(np.uint64)
     contact_forces = np.zeros((KNOTS + mus, 3))
     touched_by = np.empty(KNOTS + mus, np.uint32)
     debris_matrix, chaser_matrix = np.zeros((3, 3)), np.zeros((3, 3))
@@ -141,11 +155,13 @@ def advance_scenario(
     debris_force, debris_torque = np.zeros(3), np.zeros(3)
     debris, chaser = bodies[0], bodies[1]
     any_external = external.any()
-    x, y, z = knot_pos[0], knot_pos[1], knot_pos[2]
     tether_pull = pulls[mus]
     rigid_body.rotation_matrix(debris, debris_matrix)
     rigid_body.rotation_matrix(chaser, chaser_matrix)
-    side_count, others_count, search_in, coasted, touching, dense_for, taut = 0, 0, 0, 0, 0, 0, 0
+    side_count, others_count, search_in, coasted, touching, dense_for, rows, columns = 0, 0, 0, 0, 0, 0, 0, 0
+    knot_pos, knot_vel = aligned_rows(), aligned_rows()
+    knot_pos[:, :KNOTS], knot_vel[:, :KNOTS] = all_knot_pos, all_knot_vel
+    x, y, z = knot_pos[0], knot_pos[1], knot_pos[2]
 
     for step in range(steps):
         # 1. Contact search. Debris without candidates coasts; it is moved just before the next search.
@@ -155,13 +171,14 @@ def advance_scenario(
                 coasted = 0
             rigid_body.angular_rate(debris, debris_matrix, numbers.debris_across, numbers.debris_along, rate)
             spin = math.sqrt(rate[0] * rate[0] + rate[1] * rate[1] + rate[2] * rate[2])
-            speed = contact.fastest(knot_vel, mu_vel, debris, spin, numbers.debris_radius + numbers.debris_half_length)
-            contact.store_bristles(bristle, side, side_count, work)
+            reach = numbers.debris_radius + numbers.debris_half_length
+            speed = contact.fastest(knot_vel, mu_vel, debris, spin, reach, squared, ordered)
+            contact.store_bristles(bristle, side, side_count, held)
             side_count, others_count, search_in = contact.find_candidates(
-                knot_pos, mu_pos, debris, debris_matrix, numbers, speed, side, others, squared, along, near_flags,
-                near_blocks, busy,
+                knot_pos, mu_pos, debris, debris_matrix, numbers, speed, side, others, squared, ordered, along,
+                near_flags, near_blocks, busy,
             )  # fmt: skip
-            contact.fetch_bristles(bristle, side, side_count, work)
+            contact.fetch_bristles(bristle, side, side_count, held)
             search_in = max(search_in, 1)
         search_in -= 1
 
@@ -182,10 +199,11 @@ def advance_scenario(
             for axis in range(3):
                 debris_force[axis], debris_torque[axis] = 0.0, 0.0
             rigid_body.angular_rate(debris, debris_matrix, numbers.debris_across, numbers.debris_along, rate)
-            contact.gather(knot_pos, knot_vel, debris, side, side_count, work)
-            touching = contact.side_forces(
-                work, side_count, debris, debris_matrix, rate, numbers, debris_force, debris_torque
+            touching = contact.find_touching(
+                knot_pos, debris, debris_matrix, numbers, side, side_count, held, kept, touching_side
             )
+            filled = contact.gather(knot_pos, knot_vel, debris, side, held, touching_side, touching, work)
+            contact.side_forces(work, filled, debris, debris_matrix, rate, numbers, debris_force, debris_torque)
             if others_count:
                 touching_others = contact.contact_forces(
                     knot_pos, knot_vel, mu_pos, mu_vel, others, others_count, bristle, debris, debris_matrix, rate,
@@ -194,13 +212,14 @@ def advance_scenario(
 
         # 3. Velocities. The net's threads come first, because they find their forces themselves.
         if dense_for == 0:
-            threads.flag_taut(x, y, z, threads.ROW_THREADS, 1, numbers.mesh, row_flags)
-            threads.clear_row_ends(row_flags)
-            threads.flag_taut(x, y, z, threads.COLUMN_THREADS, KNOT_ROWS, numbers.mesh, column_flags)
-            taut = listed(flags, blocks, busy, taut_threads)
-            dense_for = threads.DENSE_STEPS if taut > threads.DENSE_FROM else 0
+            threads.flag_taut(x, y, z, numbers.mesh, row_flags, column_flags)
+            rows = listed(row_flags, row_blocks, busy, taut_rows)
+            columns = listed(column_flags, column_blocks, busy, taut_columns)
+            dense_for = threads.DENSE_STEPS if rows + columns > threads.DENSE_FROM else 0
         if dense_for == 0:
-            threads.apply_taut(knot_pos, knot_vel, taut_threads, taut, ends, numbers, kick, taut_force)
+            threads.apply_taut(
+                knot_pos, knot_vel, taut_rows, rows, taut_columns, columns, numbers, kick, taut_work
+            )
         else:
             threads.apply_all(knot_pos, knot_vel, numbers.mesh, arrays, row_force, column_force)
             dense_for -= 1
@@ -215,7 +234,7 @@ def advance_scenario(
             rigid_body.kick(chaser, numbers.chaser_mass, force, torque, dt)
             pairs.apply(all_pairs, pair_forces, kick, knot_vel, mu_force)
         if near:
-            contact.kick_side(side, side_count, work, kick, knot_vel)
+            contact.kick_side(side, held, touching_side, touching, work, kick, knot_vel)
             if touching_others:
                 contact.react(
                     touched_by, contact_forces, touching_others, kick, knot_pos, knot_vel, mu_pos, mu_force, debris,
@@ -237,7 +256,8 @@ def advance_scenario(
         if closing:
             rigid_body.creep(chaser, chaser_matrix, numbers.chaser_inertia, numbers.chaser_inertia, dt)
 
-    contact.store_bristles(bristle, side, side_count, work)
+    contact.store_bristles(bristle, side, side_count, held)
+    all_knot_pos[:], all_knot_vel[:] = knot_pos[:, :KNOTS], knot_vel[:, :KNOTS]
     if coasted:
         rigid_body.drift_body(debris, debris_matrix, numbers.debris_across, numbers.debris_along, coasted * dt)
     if not closing:

@@ -19,8 +19,8 @@ ROW_THREADS = KNOTS - 1
 """Threads along rows, numbered by their first knot; the entries where a row ends have no thread."""
 COLUMN_THREADS = KNOTS - KNOT_ROWS
 """Threads along columns, numbered by their first knot."""
-FLAGS = 8 * ((ROW_THREADS + COLUMN_THREADS + 7) // 8)
-"""Flags of all threads, rows first, padded so that eight can be looked at in one."""
+COLUMN_FLAGS = 8 * ((COLUMN_THREADS + 7) // 8)
+"""Flags of the threads along columns, padded so that eight can be looked at in one, as those along rows can anyway."""
 DENSE_FROM = 224
 """Taut threads from which evaluating all of them, vectorised, is faster (measured)."""
 DENSE_STEPS = 10
@@ -28,49 +28,84 @@ DENSE_STEPS = 10
 
 
 @leaf
-def flag_taut(x, y, z, count, stride, mesh, flags):
-    """Set ``flags[i]`` where knots i and i + stride are farther apart than the rest length."""
-    squared_mesh = mesh * mesh
-    for i in range(count):
-        dx = x[i + stride] - x[i]
-        dy = y[i + stride] - y[i]
-        dz = z[i + stride] - z[i]
-        flags[i] = dx * dx + dy * dy + dz * dz > squared_mesh
+def flag_taut(x, y, z, mesh, row_flags, column_flags):
+    """Flag the threads whose knots are farther apart than the rest length.
 
-
-@leaf
-def clear_row_ends(flags):
-    """Remove the flags between the last knot of a row and the first of the next: no thread is there."""
-    for row in range(1, KNOT_ROWS):
-        flags[row * KNOT_ROWS - 1] = 0
-
-
-@leaf
-def apply_taut(pos, vel, taut, count, ends, numbers, kick, force):
-    """Change the knots' velocities by one step under the listed taut threads.
-
-    All forces are found before any velocity changes. ``ends`` (2, 1034) are the knots of each thread.
+    Args:
+        x, y, z: of the knots, with room for eight more [m].
+        mesh: rest length [m].
+        row_flags: output, (ROW_THREADS,).
+        column_flags: output, (COLUMN_FLAGS,).
     """
+    squared_mesh = mesh * mesh
+    for i in range(COLUMN_FLAGS):
+        dx, dy, dz = x[i + 1] - x[i], y[i + 1] - y[i], z[i + 1] - z[i]
+        row_flags[i] = dx * dx + dy * dy + dz * dz > squared_mesh
+        dx, dy, dz = x[i + KNOT_ROWS] - x[i], y[i + KNOT_ROWS] - y[i], z[i + KNOT_ROWS] - z[i]
+        column_flags[i] = dx * dx + dy * dy + dz * dz > squared_mesh
+    for i in range(COLUMN_FLAGS, ROW_THREADS):
+        dx, dy, dz = x[i + 1] - x[i], y[i + 1] - y[i], z[i + 1] - z[i]
+        row_flags[i] = dx * dx + dy * dy + dz * dz > squared_mesh
+    # No thread leads from the last knot of a row to the first of the next, nor on from the last row.
+    for row in range(1, KNOT_ROWS):
+        row_flags[row * KNOT_ROWS - 1] = 0
+    for i in range(COLUMN_THREADS, COLUMN_FLAGS):
+        column_flags[i] = 0
+
+
+@leaf
+def measure(pos, vel, taut, count, stride, squared, closing, dx, dy, dz):
+    """Find squared length [m^2], half its rate of change [m^2/s] and direction [m] of the listed threads from knot i to
+    i + stride.
+    """
+    x, y, z, vx, vy, vz = pos[0], pos[1], pos[2], vel[0], vel[1], vel[2]
     for j in range(count):
-        a, b = ends[0, taut[j]], ends[1, taut[j]]
-        dx = pos[0, b] - pos[0, a]
-        dy = pos[1, b] - pos[1, a]
-        dz = pos[2, b] - pos[2, a]
-        squared = dx * dx + dy * dy + dz * dz
-        inverse = 1.0 / math.sqrt(squared)
-        stretching = (
-            (vel[0, b] - vel[0, a]) * dx + (vel[1, b] - vel[1, a]) * dy + (vel[2, b] - vel[2, a]) * dz
-        ) * inverse
-        tension = numbers.stiffness * (squared * inverse - numbers.mesh) + numbers.damping * stretching
-        tension = max(tension, 0.0) * inverse
-        force[0, j] = tension * dx
-        force[1, j] = tension * dy
-        force[2, j] = tension * dz
+        a = taut[j]
+        b = a + stride
+        dx[j], dy[j], dz[j] = x[b] - x[a], y[b] - y[a], z[b] - z[a]
+        squared[j] = dx[j] * dx[j] + dy[j] * dy[j] + dz[j] * dz[j]
+        closing[j] = (vx[b] - vx[a]) * dx[j] + (vy[b] - vy[a]) * dy[j] + (vz[b] - vz[a]) * dz[j]
+
+
+@leaf
+def pull(vel, taut, count, stride, kick, density, dx, dy, dz):
+    """Change the knots' velocities by one step under the listed threads; ``density`` is tension by length [N/m]."""
+    vx, vy, vz = vel[0], vel[1], vel[2]
     for j in range(count):
-        a, b = ends[0, taut[j]], ends[1, taut[j]]
-        for axis in range(3):
-            vel[axis, a] += kick[a] * force[axis, j]
-            vel[axis, b] -= kick[b] * force[axis, j]
+        a = taut[j]
+        b = a + stride
+        gain = kick[a] * density[j]
+        vx[a] += gain * dx[j]
+        vy[a] += gain * dy[j]
+        vz[a] += gain * dz[j]
+        gain = kick[b] * density[j]
+        vx[b] -= gain * dx[j]
+        vy[b] -= gain * dy[j]
+        vz[b] -= gain * dz[j]
+
+
+@leaf
+def apply_taut(pos, vel, rows, row_count, columns, column_count, numbers, kick, work):
+    """Change the knots' velocities by one step under the listed threads along rows and along columns.
+
+    All forces are found before any velocity changes. ``work`` (5, DENSE_FROM) is work space.
+    """
+    squared, closing, dx, dy, dz = work[0], work[1], work[2], work[3], work[4]
+    measure(pos, vel, rows, row_count, 1, squared, closing, dx, dy, dz)
+    measure(
+        pos, vel, columns, column_count, KNOT_ROWS, squared[row_count:], closing[row_count:], dx[row_count:],
+        dy[row_count:], dz[row_count:],
+    )  # fmt: skip
+    stiffness, damping, mesh = numbers.stiffness, numbers.damping, numbers.mesh
+    density = squared
+    for j in range(row_count + column_count):
+        inverse = 1.0 / math.sqrt(squared[j])
+        density[j] = max(stiffness * (1.0 - mesh * inverse) + damping * (closing[j] * inverse * inverse), 0.0)
+    pull(vel, rows, row_count, 1, kick, density, dx, dy, dz)
+    pull(
+        vel, columns, column_count, KNOT_ROWS, kick, density[row_count:], dx[row_count:], dy[row_count:],
+        dz[row_count:],
+    )  # fmt: skip
 
 
 @leaf
