@@ -17,8 +17,8 @@ SPEED_FACTOR, SPEED_MARGIN_M_S = 2.0, 2.0
 this margin: a thread that snaps taut can at most reverse a relative velocity."""
 NEAR_STEPS = 10
 """Steps between two searches while particles are near the debris."""
-ROOM = 536
-"""Room for all knots, in whole cache lines."""
+ROOM = 544
+"""Room for all knots and MUs, in whole cache lines."""
 FAR_STEPS = 500
 """Steps between two searches at the most."""
 FAR_AWAY = 1e3
@@ -39,18 +39,18 @@ def surface(rx, ry, rz, radius, half_length):
     Returns:
         Distance [m], negative inside; x, y, z of the unit normal.
     """
-    radial = math.sqrt(rx * rx + ry * ry)
-    side = radial - radius
-    flat = abs(rz) - half_length
-    inverse = 1.0 / radial if radial > 0.0 else 0.0
-    up = 1.0 if rz >= 0.0 else -1.0
-    if side > 0.0 and flat > 0.0:
-        distance = math.sqrt(side * side + flat * flat)
-        share = side / distance * inverse
-        return distance, share * rx, share * ry, flat / distance * up
-    if side > flat:
-        return side, rx * inverse, ry * inverse, 0.0
-    return flat, 0.0, 0.0, up
+    squared = rx * rx + ry * ry
+    inverse = 1.0 / math.sqrt(max(squared, 1e-300))
+    side, flat = squared * inverse - radius, abs(rz) - half_length
+    # Without branches, so that it vectorises. Inside, the nearer of side and end counts, outside what sticks out.
+    nearer = max(side, flat)
+    outside = nearer > 0.0
+    radial = max(side, 0.0) if outside else (1.0 if side > flat else 0.0)
+    axial = max(flat, 0.0) if outside else (0.0 if side > flat else 1.0)
+    length = math.sqrt(radial * radial + axial * axial)
+    share = 1.0 / length
+    axial, radial = (axial if rz >= 0.0 else -axial) * share, radial * share * inverse
+    return length if outside else nearer, radial * rx, radial * ry, axial
 
 
 @leaf
@@ -85,7 +85,7 @@ def fastest(knot_vel, mu_vel, debris, spin, reach, squared, ordered):
 
 @leaf
 def find_candidates(
-    knot_pos, mu_pos, debris, matrix, numbers, speed, side, others, squared, ordered, along, flags, blocks, busy
+    knot_pos, mu_pos, debris, matrix, numbers, speed, near, squared, ordered, along, flags, blocks, busy
 ):
     """List the particles that may touch the debris before the next search.
 
@@ -96,8 +96,7 @@ def find_candidates(
         matrix: its rotation (3, 3).
         numbers: constants of the model.
         speed: bound of any particle's relative speed until then [m/s].
-        side: output, knots that can touch nothing but the cylinder's side until then.
-        others: output, all other particles: MUs, knots near the flat ends.
+        near: output, the particles, knots first.
         squared: work space, (ROOM,).
         ordered: the same numbers' bits, unsigned, (ROOM,).
         along: work space, (ROOM,).
@@ -106,7 +105,7 @@ def find_candidates(
         busy: work space, (ROOM,).
 
     Returns:
-        (how many are listed in ``side``, in ``others``, steps until the next search is due).
+        (how many knots are listed, how many particles, steps until the next search is due).
     """
     radius, half_length = numbers.debris_radius, numbers.debris_half_length
     reach = math.sqrt(radius * radius + half_length * half_length) + max(numbers.knot_radius, numbers.mu_radius)
@@ -133,73 +132,78 @@ def find_candidates(
     wide, long = (radius + size + margin) * (radius + size + margin), half_length + size + margin
     for i in range(KNOTS):
         flags[i] = (squared[i] - along[i] * along[i] < wide) & (abs(along[i]) < long)
-    count = listed(flags, blocks, busy, side)
-    side_count, others_count = 0, 0
-    for j in range(count):
-        i = side[j]
-        if abs(along[i]) < half_length - size - margin:
-            side[side_count] = i
-            side_count += 1
-        else:
-            others[others_count] = i
-            others_count += 1
+    knots = listed(flags, blocks, busy, near)
+    count = knots
     size = numbers.mu_radius
     wide, long = (radius + size + margin) * (radius + size + margin), half_length + size + margin
     for m in range(mus):
         dx, dy, dz = mu_pos[m, 0] - px, mu_pos[m, 1] - py, mu_pos[m, 2] - pz
         axial = ax * dx + ay * dy + az * dz
         if dx * dx + dy * dy + dz * dz - axial * axial < wide and abs(axial) < long:
-            others[others_count] = KNOTS + m
-            others_count += 1
-    return side_count, others_count, NEAR_STEPS
+            near[count] = KNOTS + m
+            count += 1
+    return knots, count, NEAR_STEPS
 
 
 @leaf
-def fetch_bristles(bristles, side, count, held):
-    """Copy the bristles of the ``side`` knots to ``held`` (3, ROOM)."""
+def fetch_bristles(bristles, near, count, held):
+    """Copy the bristles of the ``near`` particles to ``held`` (3, ROOM)."""
     for j in range(count):
         for axis in range(3):
-            held[axis, j] = bristles[side[j], axis]
+            held[axis, j] = bristles[near[j], axis]
 
 
 @leaf
-def store_bristles(bristles, side, count, held):
-    """Copy the bristles of the ``side`` knots back."""
+def store_bristles(bristles, near, count, held):
+    """Copy the bristles of the ``near`` particles back."""
     for j in range(count):
         for axis in range(3):
-            bristles[side[j], axis] = held[axis, j]
+            bristles[near[j], axis] = held[axis, j]
 
 
 @leaf
-def find_touching(knot_pos, debris, matrix, numbers, side, count, held, kept, touching):
-    """List which of the ``side`` knots touch: most of them only hover. The others' bristles are forgotten.
+def find_touching(knot_pos, mu_pos, debris, matrix, numbers, near, knots, count, held, kept, touching):
+    """List which of the ``near`` particles touch: most of them only hover. Their bristles are forgotten.
 
     Args:
         knot_pos: (3, ROOM) [m].
+        mu_pos: (M, 3) [m].
         debris: body state (13,).
         matrix: its rotation (3, 3).
         numbers: constants of the model.
-        side: knots to look at.
-        count: how many.
+        near: particles to look at, knots first.
+        knots: how many knots.
+        count: how many particles.
         held: their bristles [m], (3, ROOM); updated.
         kept: work space, (ROOM,).
-        touching: output, where in ``side`` the touching ones are, (ROOM + 1,).
+        touching: output, where in ``near`` the touching ones are, (ROOM + 1,); also a few that miss an edge.
 
     Returns:
-        How many touch.
+        (how many knots are listed, how many particles).
     """
-    size = numbers.debris_radius + numbers.knot_radius
-    size_squared = size * size
+    radius, half_length = numbers.debris_radius, numbers.debris_half_length
     px, py, pz = debris[0], debris[1], debris[2]
-    m00, m10, m20 = matrix[0, 0], matrix[1, 0], matrix[2, 0]
-    m01, m11, m21 = matrix[0, 1], matrix[1, 1], matrix[2, 1]
+    ax, ay, az = matrix[0, 2], matrix[1, 2], matrix[2, 2]
     x, y, z = knot_pos[0], knot_pos[1], knot_pos[2]
+    wide, long = radius + numbers.knot_radius, half_length + numbers.knot_radius
+    wide *= wide
     found = np.uint64(0)
-    for j in range(count):
-        i = side[j]
+    for j in range(knots):
+        i = near[j]
         dx, dy, dz = x[i] - px, y[i] - py, z[i] - pz
-        rx, ry = m00 * dx + m10 * dy + m20 * dz, m01 * dx + m11 * dy + m21 * dz
-        touches = rx * rx + ry * ry < size_squared
+        along = ax * dx + ay * dy + az * dz
+        touches = (dx * dx + dy * dy + dz * dz - along * along < wide) & (abs(along) < long)
+        touching[found] = j
+        found += np.uint64(touches)
+        kept[j] = touches
+    touching_knots = np.int64(found)
+    wide, long = radius + numbers.mu_radius, half_length + numbers.mu_radius
+    wide *= wide
+    for j in range(knots, count):
+        m = near[j] - KNOTS
+        dx, dy, dz = mu_pos[m, 0] - px, mu_pos[m, 1] - py, mu_pos[m, 2] - pz
+        along = ax * dx + ay * dy + az * dz
+        touches = (dx * dx + dy * dy + dz * dz - along * along < wide) & (abs(along) < long)
         touching[found] = j
         found += np.uint64(touches)
         kept[j] = touches
@@ -207,12 +211,12 @@ def find_touching(knot_pos, debris, matrix, numbers, side, count, held, kept, to
         bristle = held[axis]
         for j in range(count):
             bristle[j] *= kept[j]
-    return np.int64(found)
+    return touching_knots, np.int64(found)
 
 
 @leaf
-def gather(knot_pos, knot_vel, debris, side, held, touching, count, work):
-    """Copy what :func:`side_forces` needs of the touching ``side`` knots to ``work``, and fill up a whole vector.
+def gather(knot_pos, knot_vel, mu_pos, mu_vel, debris, numbers, near, held, touching, knots, count, work):
+    """Copy what :func:`contact_forces` needs of the touching particles to ``work``, and fill up a whole vector.
 
     Returns:
         How many ``work`` holds; those beyond ``count`` touch nothing.
@@ -220,37 +224,48 @@ def gather(knot_pos, knot_vel, debris, side, held, touching, count, work):
     px, py, pz = debris[0], debris[1], debris[2]
     for k in range(count):
         j = touching[k]
-        i = side[j]
-        work[k], work[k + ROOM], work[k + 2 * ROOM] = knot_pos[0, i] - px, knot_pos[1, i] - py, knot_pos[2, i] - pz
-        work[k + 3 * ROOM], work[k + 4 * ROOM] = knot_vel[0, i], knot_vel[1, i]
-        work[k + 5 * ROOM] = knot_vel[2, i]
+        if k < knots:
+            i = near[j]
+            work[k], work[k + ROOM], work[k + 2 * ROOM] = knot_pos[0, i] - px, knot_pos[1, i] - py, knot_pos[2, i] - pz
+            work[k + 3 * ROOM], work[k + 4 * ROOM] = knot_vel[0, i], knot_vel[1, i]
+            work[k + 5 * ROOM] = knot_vel[2, i]
+            work[k + 12 * ROOM], work[k + 13 * ROOM] = numbers.knot_radius, numbers.knot_contact_damping
+        else:
+            m = near[j] - KNOTS
+            work[k], work[k + ROOM], work[k + 2 * ROOM] = mu_pos[m, 0] - px, mu_pos[m, 1] - py, mu_pos[m, 2] - pz
+            work[k + 3 * ROOM], work[k + 4 * ROOM], work[k + 5 * ROOM] = mu_vel[m, 0], mu_vel[m, 1], mu_vel[m, 2]
+            work[k + 12 * ROOM], work[k + 13 * ROOM] = numbers.mu_radius, numbers.mu_contact_damping
         work[k + 6 * ROOM], work[k + 7 * ROOM], work[k + 8 * ROOM] = held[0, j], held[1, j], held[2, j]
     filled = (count + 7) // 8 * 8
     for k in range(count, filled):
-        for row in range(3):
-            work[k + row * ROOM] = FAR_AWAY
-        for row in range(3, 9):
-            work[k + row * ROOM] = 0.0
+        for row in range(14):
+            work[k + row * ROOM] = FAR_AWAY if row < 3 else 0.0
     return filled
 
 
 @leaf
-def side_forces(work, count, debris, matrix, rate, numbers, force, torque):
-    """What :func:`contact_forces` does, for knots that touch the cylinder's side only; without branches, so that it
-    vectorises.
+def contact_forces(work, count, debris, matrix, rate, numbers, force, torque):
+    """Forces of the debris on the particles that touch it; without branches, so that it vectorises.
+
+    Friction is the scaled box: in each of two tangential directions a spring and a damper, limited by mu times the
+    normal force; the spring never holds more than friction can, what is beyond has slid.
 
     Args:
         work: one row of ROOM numbers for each of: position relative to the debris' centre [m], velocity [m/s], bristle
-            in the debris frame [m] (updated), force on the knot [N] (output); each x, y, z.
-        count: how many knots.
+            in the debris frame [m] (updated), force on the particle [N] (output), each x, y, z; radius [m], damping
+            [N s/m].
+        count: how many particles.
         debris: body state (13,).
         matrix: its rotation (3, 3).
         rate: its angular rate, launch frame [rad/s].
         numbers: constants of the model.
         force: on the debris [N], (3,); added to.
         torque: on the debris about its centre of mass [N m], (3,); added to.
+
+    Returns:
+        How many particles touch.
     """
-    size, damping = numbers.debris_radius + numbers.knot_radius, numbers.knot_contact_damping
+    radius, half_length = numbers.debris_radius, numbers.debris_half_length
     stiffness, softness, dt = numbers.contact_stiffness, 1.0 / numbers.contact_stiffness, numbers.time_step
     friction = numbers.friction
     qx, qy, qz = debris[3], debris[4], debris[5]
@@ -258,135 +273,31 @@ def side_forces(work, count, debris, matrix, rate, numbers, force, torque):
     m00, m01, m02 = matrix[0, 0], matrix[0, 1], matrix[0, 2]
     m10, m11, m12 = matrix[1, 0], matrix[1, 1], matrix[1, 2]
     m20, m21, m22 = matrix[2, 0], matrix[2, 1], matrix[2, 2]
-    sx, sy, sz, tx, ty, tz = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    sx, sy, sz, tx, ty, tz, touching = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0
     for j in range(count):
         dx, dy, dz = work[j], work[j + ROOM], work[j + 2 * ROOM]
+        damping = work[j + 13 * ROOM]
+        # Velocity of the particle relative to the debris' material at the particle, in the debris frame. Forces act
+        # on both at the same point, so that angular momentum is conserved exactly.
         vx = work[j + 3 * ROOM] - qx - (wy * dz - wz * dy)
         vy = work[j + 4 * ROOM] - qy - (wz * dx - wx * dz)
         vz = work[j + 5 * ROOM] - qz - (wx * dy - wy * dx)
-        rx, ry = m00 * dx + m10 * dy + m20 * dz, m01 * dx + m11 * dy + m21 * dz
+        rx, ry, rz = m00 * dx + m10 * dy + m20 * dz, m01 * dx + m11 * dy + m21 * dz, m02 * dx + m12 * dy + m22 * dz
         ux, uy, uz = m00 * vx + m10 * vy + m20 * vz, m01 * vx + m11 * vy + m21 * vz, m02 * vx + m12 * vy + m22 * vz
-        squared = rx * rx + ry * ry
-        inverse = 1.0 / math.sqrt(max(squared, 1e-300))
-        nx, ny = rx * inverse, ry * inverse
-        depth = size - squared * inverse
-        pressing = max(stiffness * depth - damping * (ux * nx + uy * ny), 0.0)
-        pressing = pressing if depth > 0.0 else 0.0
-        limit = friction * pressing
-        most = limit * softness
-        slide = ux * ny - uy * nx
-        along = work[j + 8 * ROOM] + dt * uz
-        round_ = work[j + 6 * ROOM] * ny - work[j + 7 * ROOM] * nx + dt * slide
-        force_along = min(max(-stiffness * along - damping * uz, -limit), limit)
-        force_round = min(max(-stiffness * round_ - damping * slide, -limit), limit)
-        along, round_ = min(max(along, -most), most), min(max(round_, -most), most)
-        work[j + 6 * ROOM], work[j + 7 * ROOM], work[j + 8 * ROOM] = round_ * ny, -round_ * nx, along
-        bx, by, bz = pressing * nx + force_round * ny, pressing * ny - force_round * nx, force_along
-        fx, fy, fz = m00 * bx + m01 * by + m02 * bz, m10 * bx + m11 * by + m12 * bz, m20 * bx + m21 * by + m22 * bz
-        work[j + 9 * ROOM], work[j + 10 * ROOM], work[j + 11 * ROOM] = fx, fy, fz
-        sx, sy, sz = sx + fx, sy + fy, sz + fz
-        tx, ty, tz = tx + (dy * fz - dz * fy), ty + (dz * fx - dx * fz), tz + (dx * fy - dy * fx)
-    force[0], force[1], force[2] = force[0] - sx, force[1] - sy, force[2] - sz
-    torque[0], torque[1], torque[2] = torque[0] - tx, torque[1] - ty, torque[2] - tz
-
-
-@leaf
-def kick_side(side, held, touching, count, work, kick, knot_vel):
-    """Kick the touching ``side`` knots by one step under their forces, keep their bristles."""
-    for k in range(count):
-        j = touching[k]
-        i = side[j]
-        gain = kick[i]
-        for axis in range(3):
-            knot_vel[axis, i] += gain * work[k + (9 + axis) * ROOM]
-            held[axis, j] = work[k + (6 + axis) * ROOM]
-
-
-@leaf
-def contact_forces(
-    knot_pos, knot_vel, mu_pos, mu_vel, candidates, count, bristles, debris, matrix, rate, numbers, forces, touched
-):
-    """Forces of the debris on the particles that touch it.
-
-    Friction is the scaled box: in each of two tangential directions a spring and a damper, limited by mu times the
-    normal force; the spring never holds more than friction can, what is beyond has slid.
-
-    Args:
-        knot_pos: (3, ROOM) [m].
-        knot_vel: (3, ROOM) [m/s].
-        mu_pos: (M, 3) [m].
-        mu_vel: (M, 3) [m/s].
-        candidates: particles to look at.
-        count: how many.
-        bristles: tangential displacements, debris frame [m], (529 + M, 3); updated.
-        debris: body state (13,).
-        matrix: its rotation (3, 3).
-        rate: its angular rate, launch frame [rad/s].
-        numbers: constants of the model.
-        forces: output, one row for each touching particle [N], (..., 3).
-        touched: output, the touching particles.
-
-    Returns:
-        How many particles touch.
-    """
-    touching = 0
-    radius, half_length = numbers.debris_radius, numbers.debris_half_length
-    stiffness, softness, dt = numbers.contact_stiffness, 1.0 / numbers.contact_stiffness, numbers.time_step
-    friction = numbers.friction
-    px, py, pz, qx, qy, qz = debris[0], debris[1], debris[2], debris[3], debris[4], debris[5]
-    wx, wy, wz = rate[0], rate[1], rate[2]
-    m00, m01, m02 = matrix[0, 0], matrix[0, 1], matrix[0, 2]
-    m10, m11, m12 = matrix[1, 0], matrix[1, 1], matrix[1, 2]
-    m20, m21, m22 = matrix[2, 0], matrix[2, 1], matrix[2, 2]
-    for j in range(count):
-        particle = candidates[j]
-        if particle < KNOTS:
-            size, damping = numbers.knot_radius, numbers.knot_contact_damping
-            dx, dy, dz = knot_pos[0, particle] - px, knot_pos[1, particle] - py, knot_pos[2, particle] - pz
-        else:
-            m = particle - KNOTS
-            size, damping = numbers.mu_radius, numbers.mu_contact_damping
-            dx, dy, dz = mu_pos[m, 0] - px, mu_pos[m, 1] - py, mu_pos[m, 2] - pz
-        rz = m02 * dx + m12 * dy + m22 * dz
-        across = dx * dx + dy * dy + dz * dz - rz * rz
-        if across >= (radius + size) * (radius + size) or abs(rz) >= half_length + size:
-            bristles[particle, 0], bristles[particle, 1], bristles[particle, 2] = 0.0, 0.0, 0.0
-            continue
-        rx = m00 * dx + m10 * dy + m20 * dz
-        ry = m01 * dx + m11 * dy + m21 * dz
         distance, nx, ny, nz = surface(rx, ry, rz, radius, half_length)
-        depth = size - distance
-        if depth <= 0.0:
-            bristles[particle, 0], bristles[particle, 1], bristles[particle, 2] = 0.0, 0.0, 0.0
-            continue
-        # Velocity of the particle relative to the debris' material at the particle, in the debris frame. Forces act
-        # on both at the same point, so that angular momentum is conserved exactly.
-        if particle < KNOTS:
-            vx, vy, vz = knot_vel[0, particle], knot_vel[1, particle], knot_vel[2, particle]
-        else:
-            m = particle - KNOTS
-            vx, vy, vz = mu_vel[m, 0], mu_vel[m, 1], mu_vel[m, 2]
-        vx = vx - qx - (wy * dz - wz * dy)
-        vy = vy - qy - (wz * dx - wx * dz)
-        vz = vz - qz - (wx * dy - wy * dx)
-        ux = m00 * vx + m10 * vy + m20 * vz
-        uy = m01 * vx + m11 * vy + m21 * vz
-        uz = m02 * vx + m12 * vy + m22 * vz
+        depth = work[j + 12 * ROOM] - distance
         pressing = max(stiffness * depth - damping * (ux * nx + uy * ny + uz * nz), 0.0)
-        # The box' directions: along the cylinder's axis and round it; on the flat ends the body's x and y.
-        if nz == 0.0:
-            ax, ay, az, bx, by, bz = 0.0, 0.0, 1.0, ny, -nx, 0.0
-        else:
-            if abs(nz) < 0.8:
-                ax, ay, az = -nz * nx, -nz * ny, 1.0 - nz * nz
-            else:
-                ax, ay, az = 1.0 - nx * nx, -nx * ny, -nx * nz
-            inverse = 1.0 / math.sqrt(ax * ax + ay * ay + az * az)
-            ax, ay, az = ax * inverse, ay * inverse, az * inverse
-            bx, by, bz = ny * az - nz * ay, nz * ax - nx * az, nx * ay - ny * ax
-        slide_1 = ux * ax + uy * ay + uz * az
-        slide_2 = ux * bx + uy * by + uz * bz
-        kx, ky, kz = bristles[particle, 0], bristles[particle, 1], bristles[particle, 2]
+        pressing = pressing if depth > 0.0 else 0.0
+        # The box' directions: a along the cylinder's axis as far as the surface allows, on the flat ends along the
+        # body's x; b across both.
+        steep = abs(nz) < 0.8
+        slope = nz if steep else nx
+        inverse = 1.0 / math.sqrt(1.0 - slope * slope)
+        ax, ay, az = (0.0 if steep else 1.0) - slope * nx, -slope * ny, (1.0 if steep else 0.0) - slope * nz
+        ax, ay, az = ax * inverse, ay * inverse, az * inverse
+        bx, by, bz = ny * az - nz * ay, nz * ax - nx * az, nx * ay - ny * ax
+        slide_1, slide_2 = ux * ax + uy * ay + uz * az, ux * bx + uy * by + uz * bz
+        kx, ky, kz = work[j + 6 * ROOM], work[j + 7 * ROOM], work[j + 8 * ROOM]
         stuck_1 = kx * ax + ky * ay + kz * az + dt * slide_1
         stuck_2 = kx * bx + ky * by + kz * bz + dt * slide_2
         limit = friction * pressing
@@ -394,53 +305,34 @@ def contact_forces(
         force_1 = min(max(-stiffness * stuck_1 - damping * slide_1, -limit), limit)
         force_2 = min(max(-stiffness * stuck_2 - damping * slide_2, -limit), limit)
         stuck_1, stuck_2 = min(max(stuck_1, -most), most), min(max(stuck_2, -most), most)
-        bristles[particle, 0] = stuck_1 * ax + stuck_2 * bx
-        bristles[particle, 1] = stuck_1 * ay + stuck_2 * by
-        bristles[particle, 2] = stuck_1 * az + stuck_2 * bz
-        fx = pressing * nx + force_1 * ax + force_2 * bx
-        fy = pressing * ny + force_1 * ay + force_2 * by
-        fz = pressing * nz + force_1 * az + force_2 * bz
-        forces[touching, 0] = m00 * fx + m01 * fy + m02 * fz
-        forces[touching, 1] = m10 * fx + m11 * fy + m12 * fz
-        forces[touching, 2] = m20 * fx + m21 * fy + m22 * fz
-        touched[touching] = particle
-        touching += 1
+        work[j + 6 * ROOM] = stuck_1 * ax + stuck_2 * bx
+        work[j + 7 * ROOM] = stuck_1 * ay + stuck_2 * by
+        work[j + 8 * ROOM] = stuck_1 * az + stuck_2 * bz
+        px = pressing * nx + force_1 * ax + force_2 * bx
+        py = pressing * ny + force_1 * ay + force_2 * by
+        pz = pressing * nz + force_1 * az + force_2 * bz
+        fx, fy, fz = m00 * px + m01 * py + m02 * pz, m10 * px + m11 * py + m12 * pz, m20 * px + m21 * py + m22 * pz
+        work[j + 9 * ROOM], work[j + 10 * ROOM], work[j + 11 * ROOM] = fx, fy, fz
+        sx, sy, sz = sx + fx, sy + fy, sz + fz
+        tx, ty, tz = tx + (dy * fz - dz * fy), ty + (dz * fx - dx * fz), tz + (dx * fy - dy * fx)
+        touching += 1 if depth > 0.0 else 0
+    force[0], force[1], force[2] = force[0] - sx, force[1] - sy, force[2] - sz
+    torque[0], torque[1], torque[2] = torque[0] - tx, torque[1] - ty, torque[2] - tz
     return touching
 
 
 @leaf
-def react(touched, forces, count, kick, knot_pos, knot_vel, mu_pos, mu_force, debris, force, torque):
-    """Apply contact forces to the particles; sum up what the debris gets back.
-
-    Args:
-        touched: the touching particles.
-        forces: on them [N], (..., 3).
-        count: how many.
-        kick: velocity per force in one step of each knot [s/kg], (529,).
-        knot_pos: (3, ROOM) [m].
-        knot_vel: (3, ROOM) [m/s]; updated.
-        mu_pos: (M, 3) [m].
-        mu_force: (M, 3) [N]; updated.
-        debris: body state (13,).
-        force: on the debris [N], (3,); added to.
-        torque: on the debris about its centre of mass [N m], (3,); added to.
-    """
-    sx, sy, sz, tx, ty, tz = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-    for j in range(count):
-        i = touched[j]
-        fx, fy, fz = forces[j, 0], forces[j, 1], forces[j, 2]
-        if i < KNOTS:
-            knot_vel[0, i] += kick[i] * fx
-            knot_vel[1, i] += kick[i] * fy
-            knot_vel[2, i] += kick[i] * fz
-            dx, dy, dz = knot_pos[0, i] - debris[0], knot_pos[1, i] - debris[1], knot_pos[2, i] - debris[2]
+def react(near, held, touching, knots, count, work, kick, knot_vel, mu_force):
+    """Kick the touching knots by one step, add to the force on the touching MUs, keep the bristles."""
+    for k in range(count):
+        j = touching[k]
+        if k < knots:
+            i = near[j]
+            gain = kick[i]
+            for axis in range(3):
+                knot_vel[axis, i] += gain * work[k + (9 + axis) * ROOM]
         else:
-            m = i - KNOTS
-            mu_force[m, 0] += fx
-            mu_force[m, 1] += fy
-            mu_force[m, 2] += fz
-            dx, dy, dz = mu_pos[m, 0] - debris[0], mu_pos[m, 1] - debris[1], mu_pos[m, 2] - debris[2]
-        sx, sy, sz = sx - fx, sy - fy, sz - fz
-        tx, ty, tz = tx - dy * fz + dz * fy, ty - dz * fx + dx * fz, tz - dx * fy + dy * fx
-    force[0], force[1], force[2] = force[0] + sx, force[1] + sy, force[2] + sz
-    torque[0], torque[1], torque[2] = torque[0] + tx, torque[1] + ty, torque[2] + tz
+            for axis in range(3):
+                mu_force[near[j] - KNOTS, axis] += work[k + (9 + axis) * ROOM]
+        for axis in range(3):
+            held[axis, j] = work[k + (6 + axis) * ROOM]

@@ -141,15 +141,13 @@ def advance_scenario(
     mu_force = np.zeros((mus, 3))
     pulls = np.zeros((mus + 1, 3))  # on the MUs' knots, then on the central knot
     pair_forces = np.zeros((len(all_pairs), 3))
-    side, others = np.empty(contact.ROOM + 1, np.uint32), np.empty(KNOTS + mus, np.uint32)
+    near, touching = np.empty(contact.ROOM + 1, np.uint32), np.empty(contact.ROOM + 1, np.uint32)
     near_flags = np.zeros(contact.ROOM, np.uint8)
     near_blocks = near_flags.view(np.uint64)
-    work = np.empty(12 * contact.ROOM)
-    held, kept, touching_side = np.empty((3, contact.ROOM)), np.empty(contact.ROOM), np.empty(contact.ROOM, np.uint32)
+    work = np.empty(14 * contact.ROOM)
+    held, kept = np.empty((3, contact.ROOM)), np.empty(contact.ROOM)
     squared, along = np.empty(contact.ROOM), np.empty(contact.ROOM)
     ordered = squared.view(np.uint64)
-    contact_forces = np.zeros((KNOTS + mus, 3))
-    touched_by = np.empty(KNOTS + mus, np.uint32)
     debris_matrix, chaser_matrix = np.zeros((3, 3)), np.zeros((3, 3))
     rate, force, torque = np.zeros(3), np.zeros(3), np.zeros(3)
     debris_force, debris_torque = np.zeros(3), np.zeros(3)
@@ -158,7 +156,8 @@ def advance_scenario(
     tether_pull = pulls[mus]
     rigid_body.rotation_matrix(debris, debris_matrix)
     rigid_body.rotation_matrix(chaser, chaser_matrix)
-    side_count, others_count, search_in, coasted, touching, dense_for, rows, columns = 0, 0, 0, 0, 0, 0, 0, 0
+    near_knots, near_count, touching_knots, touching_count, contacts = 0, 0, 0, 0, 0
+    search_in, coasted, dense_for, rows, columns = 0, 0, 0, 0, 0
     knot_pos, knot_vel = aligned_rows(), aligned_rows()
     knot_pos[:, :KNOTS], knot_vel[:, :KNOTS] = all_knot_pos, all_knot_vel
     x, y, z = knot_pos[0], knot_pos[1], knot_pos[2]
@@ -173,12 +172,12 @@ def advance_scenario(
             spin = math.sqrt(rate[0] * rate[0] + rate[1] * rate[1] + rate[2] * rate[2])
             reach = numbers.debris_radius + numbers.debris_half_length
             speed = contact.fastest(knot_vel, mu_vel, debris, spin, reach, squared, ordered)
-            contact.store_bristles(bristle, side, side_count, held)
-            side_count, others_count, search_in = contact.find_candidates(
-                knot_pos, mu_pos, debris, debris_matrix, numbers, speed, side, others, squared, ordered, along,
-                near_flags, near_blocks, busy,
+            contact.store_bristles(bristle, near, near_count, held)
+            near_knots, near_count, search_in = contact.find_candidates(
+                knot_pos, mu_pos, debris, debris_matrix, numbers, speed, near, squared, ordered, along, near_flags,
+                near_blocks, busy,
             )  # fmt: skip
-            contact.fetch_bristles(bristle, side, side_count, held)
+            contact.fetch_bristles(bristle, near, near_count, held)
             search_in = max(search_in, 1)
         search_in -= 1
 
@@ -193,22 +192,21 @@ def advance_scenario(
             rigid_body.angular_rate(chaser, chaser_matrix, numbers.chaser_inertia, numbers.chaser_inertia, rate)
             tether_force(knot_pos, knot_vel, chaser, chaser_matrix, rate, numbers, tether_length, tether_pull, torque)
             pairs.pair_forces(knot_pos, knot_vel, mu_pos, mu_vel, all_pairs, pair_length, locked, numbers, pair_forces)
-        near = side_count + others_count > 0
-        touching, touching_others = 0, 0
-        if near:
+        contacts = 0
+        if near_count:
             for axis in range(3):
                 debris_force[axis], debris_torque[axis] = 0.0, 0.0
             rigid_body.angular_rate(debris, debris_matrix, numbers.debris_across, numbers.debris_along, rate)
-            touching = contact.find_touching(
-                knot_pos, debris, debris_matrix, numbers, side, side_count, held, kept, touching_side
+            touching_knots, touching_count = contact.find_touching(
+                knot_pos, mu_pos, debris, debris_matrix, numbers, near, near_knots, near_count, held, kept, touching
             )
-            filled = contact.gather(knot_pos, knot_vel, debris, side, held, touching_side, touching, work)
-            contact.side_forces(work, filled, debris, debris_matrix, rate, numbers, debris_force, debris_torque)
-            if others_count:
-                touching_others = contact.contact_forces(
-                    knot_pos, knot_vel, mu_pos, mu_vel, others, others_count, bristle, debris, debris_matrix, rate,
-                    numbers, contact_forces, touched_by,
-                )  # fmt: skip
+            filled = contact.gather(
+                knot_pos, knot_vel, mu_pos, mu_vel, debris, numbers, near, held, touching, touching_knots,
+                touching_count, work,
+            )  # fmt: skip
+            contacts = contact.contact_forces(
+                work, filled, debris, debris_matrix, rate, numbers, debris_force, debris_torque
+            )
 
         # 3. Velocities. The net's threads come first, because they find their forces themselves.
         if dense_for == 0:
@@ -233,14 +231,8 @@ def advance_scenario(
                 force[axis] = -pulls[mus, axis]
             rigid_body.kick(chaser, numbers.chaser_mass, force, torque, dt)
             pairs.apply(all_pairs, pair_forces, kick, knot_vel, mu_force)
-        if near:
-            contact.kick_side(side, held, touching_side, touching, work, kick, knot_vel)
-            if touching_others:
-                contact.react(
-                    touched_by, contact_forces, touching_others, kick, knot_pos, knot_vel, mu_pos, mu_force, debris,
-                    debris_force, debris_torque,
-                )  # fmt: skip
-                touching += touching_others
+        if near_count:
+            contact.react(near, held, touching, touching_knots, touching_count, work, kick, knot_vel, mu_force)
             rigid_body.kick(debris, numbers.debris_mass, debris_force, debris_torque, dt)
 
         # 4. Positions.
@@ -249,20 +241,20 @@ def advance_scenario(
             for axis in range(3):
                 mu_vel[m, axis] += dt / numbers.mu_mass * mu_force[m, axis]
                 mu_pos[m, axis] += dt * mu_vel[m, axis]
-        if near:
+        if near_count:
             rigid_body.creep(debris, debris_matrix, numbers.debris_across, numbers.debris_along, dt)
         else:
             coasted += 1
         if closing:
             rigid_body.creep(chaser, chaser_matrix, numbers.chaser_inertia, numbers.chaser_inertia, dt)
 
-    contact.store_bristles(bristle, side, side_count, held)
+    contact.store_bristles(bristle, near, near_count, held)
     all_knot_pos[:], all_knot_vel[:] = knot_pos[:, :KNOTS], knot_vel[:, :KNOTS]
     if coasted:
         rigid_body.drift_body(debris, debris_matrix, numbers.debris_across, numbers.debris_along, coasted * dt)
     if not closing:
         rigid_body.drift_body(chaser, chaser_matrix, numbers.chaser_inertia, numbers.chaser_inertia, steps * dt)
-    return touching
+    return contacts
 
 
 @kernel
