@@ -60,11 +60,6 @@ class Arrays(NamedTuple):
 
     knot_mass: np.ndarray  # (529,) half of each thread that ends there [kg]
     kick: np.ndarray  # (529,) velocity per force in one step: time step / mass [s/kg]
-    row_stiffness: np.ndarray  # (528,) thread from knot i to i + 1 [N/m]; 0 where a row ends
-    row_damping: np.ndarray  # (528,) [N s/m]
-    column_stiffness: np.ndarray  # (506,) thread from knot i to i + 23 [N/m]
-    column_damping: np.ndarray  # (506,) [N s/m]
-    ends: np.ndarray  # (2, 1034) the knots of each thread, rows first, as kernels/threads.py numbers them
     mu_knot: np.ndarray  # (M,) knot that MU m hangs on
     mu_thread: np.ndarray  # (M,) rest length of its thread [m]
     pairs: np.ndarray  # (R, 2) closing pairs: particles
@@ -111,19 +106,17 @@ def build_model(mu_count: int, physics: PhysicsParameters, mission: MissionParam
     """
     layout = design(mu_count)
     mass = knot_masses(physics)
-    row_end = (np.arange(KNOTS - 1) % KNOT_ROWS) == KNOT_ROWS - 1
     knot, mu = float(mass.max()), physics.mu_mass_kg
     if layout.closes_by_docking:
         ring = [KNOTS + mu_number - 1 for mu_number in layout.closing_ring]
     else:
         ring = closing_nodes()
     joined = 0.5 * (mu if layout.closes_by_docking else knot)  # reduced mass of a pair
-    stiffness, damping = physics.thread_stiffness_n_m, physics.thread_damping_n_s_m
     numbers = Numbers(
         time_step=physics.time_step_s,
         mesh=physics.mesh_m,
-        stiffness=stiffness,
-        damping=damping,
+        stiffness=physics.thread_stiffness_n_m,
+        damping=physics.thread_damping_n_s_m,
         mu_mass=mu,
         debris_mass=physics.debris_mass_kg,
         debris_across=physics.debris_mass_kg * (3.0 * physics.debris_radius_m**2 + physics.debris_length_m**2) / 12.0,
@@ -152,16 +145,9 @@ def build_model(mu_count: int, physics: PhysicsParameters, mission: MissionParam
         coupling_stiffness=mu * physics.external_coupling_rad_s**2,
         coupling_damping=2.0 * mu * physics.external_coupling_rad_s,
     )
-    columns = KNOTS - KNOT_ROWS
-    first = np.concatenate([np.arange(KNOTS - 1), np.arange(columns)])
     arrays = Arrays(
         knot_mass=mass,
         kick=physics.time_step_s / mass,
-        row_stiffness=np.where(row_end, 0.0, stiffness),
-        row_damping=np.where(row_end, 0.0, damping),
-        column_stiffness=np.full(columns, stiffness),
-        column_damping=np.full(columns, damping),
-        ends=np.stack([first, first + np.where(np.arange(len(first)) < KNOTS - 1, 1, KNOT_ROWS)]).astype(np.uint32),
         mu_knot=np.array([row * KNOT_ROWS + column for row, column in layout.knots]),
         mu_thread=np.array(layout.thread_lengths),
         pairs=np.array(list(zip(ring, ring[1:] + ring[:1], strict=True))),

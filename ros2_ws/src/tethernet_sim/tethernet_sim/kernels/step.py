@@ -7,8 +7,6 @@ import math
 import numba
 import numpy as np
 
-from tethernet_control.layout import KNOT_ROWS
-
 from ..model import CENTRAL_KNOT, KNOTS
 from . import contact, pairs, rigid_body, threads
 from .listing import listed
@@ -95,14 +93,14 @@ def tether_force(knot_pos, knot_vel, chaser, matrix, rate, numbers, rest, force,
 
 
 @kernel
-def aligned_rows():
-    """Three rows for all knots, each beginning where a cache line does: loads of whole vectors cost twice as much
+def aligned_rows(width):
+    """Three rows of zeros, as wide as whole cache lines are, each beginning where a cache line does: loads of whole vectors cost twice as much
     across the border of two.
     """
     line = 64 // 8
-    store = np.zeros(3 * contact.ROOM + line)
+    store = np.zeros(3 * width + line)
     begin = (-(store.ctypes.data // 8)) % line
-    return store[begin : begin + 3 * contact.ROOM].reshape(3, contact.ROOM)
+    return store[begin : begin + 3 * width].reshape(3, width)
 
 
 @kernel
@@ -137,7 +135,7 @@ def advance_scenario(
     busy = np.empty(contact.ROOM, np.uint32)
     taut_rows, taut_columns = np.empty(KNOTS + 1, np.uint32), np.empty(KNOTS + 1, np.uint32)
     taut_work = np.empty((5, threads.DENSE_FROM))
-    row_force, column_force = np.zeros((3, KNOTS + 1)), np.zeros((3, KNOTS + KNOT_ROWS))
+    row_force, column_force = aligned_rows(threads.FORCE_ROOM), aligned_rows(threads.FORCE_ROOM)
     mu_force = np.zeros((mus, 3))
     pulls = np.zeros((mus + 1, 3))  # on the MUs' knots, then on the central knot
     pair_forces = np.zeros((len(all_pairs), 3))
@@ -158,7 +156,7 @@ def advance_scenario(
     rigid_body.rotation_matrix(chaser, chaser_matrix)
     near_knots, near_count, touching_knots, touching_count, contacts = 0, 0, 0, 0, 0
     search_in, coasted, dense_for, rows, columns = 0, 0, 0, 0, 0
-    knot_pos, knot_vel = aligned_rows(), aligned_rows()
+    knot_pos, knot_vel = aligned_rows(contact.ROOM), aligned_rows(contact.ROOM)
     knot_pos[:, :KNOTS], knot_vel[:, :KNOTS] = all_knot_pos, all_knot_vel
     x, y, z = knot_pos[0], knot_pos[1], knot_pos[2]
 
@@ -219,7 +217,7 @@ def advance_scenario(
                 knot_pos, knot_vel, taut_rows, rows, taut_columns, columns, numbers, kick, taut_work
             )
         else:
-            threads.apply_all(knot_pos, knot_vel, numbers.mesh, arrays, row_force, column_force)
+            threads.apply_all(knot_pos, knot_vel, numbers, kick, row_force, column_force)
             dense_for -= 1
         for m in range(mus):
             knot = mu_knot[m]

@@ -21,6 +21,8 @@ COLUMN_THREADS = KNOTS - KNOT_ROWS
 """Threads along columns, numbered by their first knot."""
 COLUMN_FLAGS = 8 * ((COLUMN_THREADS + 7) // 8)
 """Flags of the threads along columns, padded so that eight can be looked at in one, as those along rows can anyway."""
+FIRST_ROW, FIRST_COLUMN, FORCE_ROOM = 8, 24, 560
+"""Where the forces of the first thread along a row and along a column stand, and room for all, in whole cache lines."""
 DENSE_FROM = 224
 """Taut threads from which evaluating all of them, vectorised, is faster (measured)."""
 DENSE_STEPS = 10
@@ -109,8 +111,9 @@ def apply_taut(pos, vel, rows, row_count, columns, column_count, numbers, kick, 
 
 
 @leaf
-def all_tensions(x, y, z, vx, vy, vz, count, stride, stiffness, damping, mesh, fx, fy, fz):
+def all_tensions(x, y, z, vx, vy, vz, count, stride, numbers, fx, fy, fz):
     """Force of each thread on its first knot, 0 where it is slack; vectorises."""
+    stiffness, damping, mesh = numbers.stiffness, numbers.damping, numbers.mesh
     for i in range(count):
         dx = x[i + stride] - x[i]
         dy = y[i + stride] - y[i]
@@ -121,7 +124,7 @@ def all_tensions(x, y, z, vx, vy, vz, count, stride, stiffness, damping, mesh, f
         stretching = (
             (vx[i + stride] - vx[i]) * dx + (vy[i + stride] - vy[i]) * dy + (vz[i + stride] - vz[i]) * dz
         ) * inverse
-        tension = max(stiffness[i] * stretch + damping[i] * stretching, 0.0) * inverse
+        tension = max(stiffness * stretch + damping * stretching, 0.0) * inverse
         tension = tension if stretch > 0.0 else 0.0
         fx[i] = tension * dx
         fy[i] = tension * dy
@@ -129,27 +132,33 @@ def all_tensions(x, y, z, vx, vy, vz, count, stride, stiffness, damping, mesh, f
 
 
 @leaf
-def apply_all(pos, vel, mesh, arrays, row_force, column_force):
+def apply_all(pos, vel, numbers, kick, row_force, column_force):
     """Change the knots' velocities by one step under all threads.
 
-    ``row_force`` (3, 530) and ``column_force`` (3, 552) are work space with zeros before the first and behind the
-    last thread.
+    ``row_force`` and ``column_force`` (3, FORCE_ROOM) are work space with zeros before the first and behind the last
+    thread.
     """
     # One-dimensional slices: numba keeps them contiguous, a slice of the whole array would not vectorise.
     x, y, z, vx, vy, vz = pos[0], pos[1], pos[2], vel[0], vel[1], vel[2]
     all_tensions(
-        x, y, z, vx, vy, vz, ROW_THREADS, 1, arrays.row_stiffness, arrays.row_damping, mesh,
-        row_force[0, 1:], row_force[1, 1:], row_force[2, 1:],
+        x, y, z, vx, vy, vz, ROW_THREADS, 1, numbers,
+        row_force[0, FIRST_ROW:], row_force[1, FIRST_ROW:], row_force[2, FIRST_ROW:],
     )  # fmt: skip
     all_tensions(
-        x, y, z, vx, vy, vz, COLUMN_THREADS, KNOT_ROWS, arrays.column_stiffness, arrays.column_damping, mesh,
-        column_force[0, KNOT_ROWS:], column_force[1, KNOT_ROWS:], column_force[2, KNOT_ROWS:],
+        x, y, z, vx, vy, vz, COLUMN_FLAGS, KNOT_ROWS, numbers,
+        column_force[0, FIRST_COLUMN:], column_force[1, FIRST_COLUMN:], column_force[2, FIRST_COLUMN:],
     )  # fmt: skip
-    kick = arrays.kick
+    for axis in range(3):
+        along_row, along_column = row_force[axis, FIRST_ROW:], column_force[axis, FIRST_COLUMN:]
+        for row in range(1, KNOT_ROWS):
+            along_row[row * KNOT_ROWS - 1] = 0.0
+        for i in range(COLUMN_THREADS, COLUMN_FLAGS):
+            along_column[i] = 0.0
     for axis in range(3):
         along_row, along_column, speed = row_force[axis], column_force[axis], vel[axis]
         for i in range(KNOTS):
-            total = along_row[i + 1] - along_row[i] + along_column[i + KNOT_ROWS] - along_column[i]
+            total = along_row[i + FIRST_ROW] - along_row[i + FIRST_ROW - 1]
+            total += along_column[i + FIRST_COLUMN] - along_column[i + FIRST_COLUMN - KNOT_ROWS]
             speed[i] += kick[i] * total
 
 
