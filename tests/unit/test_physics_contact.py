@@ -8,21 +8,22 @@ from scipy.spatial.transform import Rotation
 
 from tests.physics import coast, make_world
 from tethernet_sim.kernels import contact
+from tethernet_sim.model import KNOTS
 
 N = make_world(8).model.numbers
 
 
 def push(position, velocity, bristle=(0.0, 0.0, 0.0), rate=(0.0, 0.0, 0.0)):
     """Force on one knot near a debris at the origin with identity attitude; None when it does not touch."""
-    knot_pos, knot_vel = np.array(position, float).reshape(3, 1), np.array(velocity, float).reshape(3, 1)
-    bristles, forces = np.array([bristle], float), np.zeros((1, 3))
+    work = np.zeros((contact.ROWS, contact.ROOM))
+    work[:9, 0] = *position, *velocity, *bristle
+    work[12:, 0] = N.knot_radius, N.knot_contact_damping
     debris = np.zeros(13)
     debris[9] = 1.0
     touching = contact.contact_forces(
-        knot_pos, knot_vel, np.zeros((0, 3)), np.zeros((0, 3)), np.array([0]), 1, bristles, debris, np.eye(3),
-        np.array(rate, float), N, forces, np.zeros(1, np.int64),
-    )  # fmt: skip
-    return (forces[0], bristles[0]) if touching else None
+        work.ravel(), 1, debris, np.eye(3), np.array(rate, float), N, np.zeros(3), np.zeros(3)
+    )
+    return (work[9:12, 0], work[6:9, 0]) if touching else None
 
 
 def test_distance_from_the_cylinder():
@@ -112,73 +113,97 @@ def test_no_particle_gets_into_the_debris():
     assert deepest < 0.02
 
 
-def test_the_vectorised_side_contact_equals_the_general_one():
+def law_of_one(position, velocity, bristle, size, damping, debris, matrix, rate):
+    """Contact law of one particle: force on it [N], new bristle [m], whether it touches."""
+    offset = position - debris[:3]
+    local = matrix.T @ offset
+    speed = matrix.T @ (velocity - debris[3:6] - np.cross(rate, offset))
+    distance, *normal = contact.surface(*local, N.debris_radius, N.debris_half_length)
+    if distance >= size:
+        return np.zeros(3), np.zeros(3), False
+    normal = np.array(normal)
+    pressing = max(N.contact_stiffness * (size - distance) - damping * (speed @ normal), 0.0)
+    first = np.eye(3)[2 if abs(normal[2]) < 0.8 else 0]
+    first = first - (first @ normal) * normal
+    first /= np.linalg.norm(first)
+    force, held = pressing * normal, np.zeros(3)
+    for direction in (first, np.cross(normal, first)):
+        stuck = bristle @ direction + N.time_step * (speed @ direction)
+        limit = N.friction * pressing
+        force = force + direction * np.clip(-N.contact_stiffness * stuck - damping * (speed @ direction), -limit, limit)
+        held = held + direction * np.clip(stuck, -limit / N.contact_stiffness, limit / N.contact_stiffness)
+    return matrix @ force, held, True
+
+
+def test_all_contacts_at_once_equal_the_law_of_each_particle():
     random = np.random.default_rng(5)
-    count = 60
+    count, mus, room = 90, 4, contact.ROOM
     debris = np.zeros(13)
     debris[:6] = random.normal(size=6)
     attitude = Rotation.random(random_state=1)
     debris[6:10] = attitude.as_quat()
     matrix, rate = attitude.as_matrix(), np.array([0.05, -0.08, 0.02])
-    angle, along = random.uniform(0, 2 * np.pi, count), random.uniform(-4, 4, count)
-    radius = N.debris_radius + N.knot_radius - random.uniform(-0.003, 0.006, count)  # a third does not touch
+    # Round the side, on the ends, across the edges; a third does not touch.
+    angle, along = random.uniform(0, 2 * np.pi, count + mus), random.uniform(-5.7, 5.7, count + mus)
+    radius = N.debris_radius + N.knot_radius - random.uniform(-0.003, 0.006, count + mus)
+    ends = np.arange(count + mus) % 3 == 0
+    radius[ends] *= random.uniform(0.1, 1.0, ends.sum())
+    along[ends] = np.sign(along[ends]) * (N.debris_half_length + random.uniform(0.0, 0.03, ends.sum()))
     body = np.stack([radius * np.cos(angle), radius * np.sin(angle), along])
-    knot_pos = np.ascontiguousarray(matrix @ body + debris[:3, None])
-    knot_vel = random.normal(size=(3, count)) + debris[3:6, None]
-    bristles = random.normal(scale=1e-3, size=(count, 3))
-    kick = np.full(count, 0.1)
+    position = (matrix @ body).T + debris[:3]
+    velocity = random.normal(size=(count + mus, 3)) + debris[3:6]
+    bristles = random.normal(scale=1e-3, size=(count + mus, 3))
 
-    general = bristles.copy()
-    forces, touched = np.zeros((count, 3)), np.zeros(count, np.int64)
-    touching = contact.contact_forces(
-        knot_pos, knot_vel, np.zeros((0, 3)), np.zeros((0, 3)), np.arange(count), count, general, debris, matrix, rate,
-        N, forces, touched,
-    )  # fmt: skip
-    kicked, force, torque = knot_vel.copy(), np.zeros(3), np.zeros(3)
-    contact.react(
-        touched, forces, touching, kick, knot_pos, kicked, np.zeros((0, 3)), np.zeros((0, 3)), debris, force, torque
+    knot_pos, knot_vel = np.zeros((3, room)), np.zeros((3, room))
+    knot_pos[:, :count], knot_vel[:, :count] = position[:count].T, velocity[:count].T
+    near = np.concatenate([np.arange(count), KNOTS + np.arange(mus)]).astype(np.uint32)
+    held, touching, work = np.zeros((3, room)), np.zeros(room + 1, np.uint32), np.zeros(contact.ROWS * room)
+    held[:, : count + mus] = bristles.T
+    knots, found = contact.find_touching(
+        knot_pos, position[count:], debris, matrix, N, near, count, count + mus, held, np.zeros(room), touching
     )
+    filled = contact.gather(
+        knot_pos, knot_vel, position[count:], velocity[count:], debris, N, near, held, touching, knots, found, work
+    )
+    force, torque, mu_force = np.zeros(3), np.zeros(3), np.zeros((mus, 3))
+    touched = contact.contact_forces(work, filled, debris, matrix, rate, N, force, torque)
+    contact.react(near, held, touching, knots, found, work, np.full(count, 0.1), knot_vel, mu_force)
 
-    room = contact.ROOM
-    side, work, fast = np.arange(count, dtype=np.uint32), np.zeros(12 * room), np.zeros((count, 3))
-    held, which = np.zeros((3, room)), np.zeros(room, np.uint32)
-    contact.fetch_bristles(bristles, side, count, held)
-    fast_kicked, fast_force, fast_torque = knot_vel.copy(), np.zeros(3), np.zeros(3)
-    assert 20 < touching < 50
-    assert touching == contact.find_touching(knot_pos, debris, matrix, N, side, count, held, np.zeros(room), which)
-    assert set(side[which[:touching]]) == set(touched[:touching])
-    filled = contact.gather(knot_pos, knot_vel, debris, side, held, which, touching, work)
-    contact.side_forces(work, filled, debris, matrix, rate, N, fast_force, fast_torque)
-    contact.kick_side(side, held, which, touching, work, kick, fast_kicked)
-    contact.store_bristles(fast, side, count, held)
-    assert np.allclose(fast_kicked, kicked, atol=1e-12)
-    assert np.allclose(fast, general, atol=1e-15)
-    assert np.allclose(fast_force, force, atol=1e-10)
-    assert np.allclose(fast_torque, torque, atol=1e-9)
+    size = np.where(np.arange(count + mus) < count, N.knot_radius, N.mu_radius)
+    damping = np.where(np.arange(count + mus) < count, N.knot_contact_damping, N.mu_contact_damping)
+    rows = zip(position, velocity, bristles, size, damping, strict=True)
+    law = [law_of_one(*row, debris, matrix, rate) for row in rows]
+    forces, kept, touches = (np.array(part) for part in zip(*law, strict=True))
+    assert touched == touches.sum()
+    assert 40 < touched < 80
+    assert np.allclose(knot_vel[:, :count].T, velocity[:count] + 0.1 * forces[:count], atol=1e-10)
+    assert np.allclose(mu_force, forces[count:], atol=1e-9)
+    assert np.allclose(held[:, : count + mus].T, kept, atol=1e-14)
+    assert np.allclose(force, -forces.sum(axis=0), atol=1e-8)
+    assert np.allclose(torque, -np.cross(position - debris[:3], forces).sum(axis=0), atol=1e-7)
 
 
-def test_the_search_lists_all_that_may_touch_and_tells_side_from_ends():
+def test_the_search_lists_all_that_may_touch():
     random = np.random.default_rng(2)
     knot_pos = np.ascontiguousarray(random.uniform(-7, 7, (3, 529)))
     mu_pos = np.array([[0.0, 0.0, N.debris_half_length + 0.1], [50.0, 0.0, 0.0]])
     debris = np.zeros(13)
     debris[9] = 1.0
     room = contact.ROOM
-    side, others, flags = np.zeros(room + 1, np.uint32), np.zeros(room, np.uint32), np.zeros(room, np.uint8)
+    near, flags = np.zeros(room + 1, np.uint32), np.zeros(room, np.uint8)
     squared, margin = np.zeros(room), 5.0 * contact.NEAR_STEPS * N.time_step
-    sides, rest, steps = contact.find_candidates(
-        knot_pos, mu_pos, debris, np.eye(3), N, 5.0, side, others, squared, squared.view(np.uint64),
-        np.zeros(room), flags, flags.view(np.uint64), np.zeros(room, np.uint32),
+    knots, count, steps = contact.find_candidates(
+        knot_pos, mu_pos, debris, np.eye(3), N, 5.0, near, squared, squared.view(np.uint64), np.zeros(room),
+        flags, flags.view(np.uint64), np.zeros(room, np.uint32),
     )  # fmt: skip
     assert steps == contact.NEAR_STEPS
     distance = np.array([contact.surface(*p, N.debris_radius, N.debris_half_length)[0] for p in knot_pos.T])
-    listed = set(side[:sides].tolist()) | set(others[:rest].tolist())
+    listed = set(near[:count].tolist())
+    assert knots == sum(i < 529 for i in listed)
     assert set(np.flatnonzero(distance < N.knot_radius + margin).tolist()) <= listed
     assert 529 in listed
     assert 530 not in listed
     assert all(distance[i] < N.knot_radius + 1.5 * margin for i in listed if i < 529), "no more than necessary"
-    for i in side[:sides]:
-        assert abs(knot_pos[2, i]) < N.debris_half_length - N.knot_radius - margin
 
 
 def test_a_far_net_is_searched_seldom():
@@ -188,7 +213,6 @@ def test_a_far_net_is_searched_seldom():
     flags, squared = np.zeros(room, np.uint8), np.zeros(room)
     found = contact.find_candidates(
         np.full((3, 529), 20.0), np.full((8, 3), 20.0), debris, np.eye(3), N, 5.0, np.zeros(room + 1, np.uint32),
-        np.zeros(room, np.uint32), squared, squared.view(np.uint64), np.zeros(room), flags, flags.view(np.uint64),
-        np.zeros(room, np.uint32),
+        squared, squared.view(np.uint64), np.zeros(room), flags, flags.view(np.uint64), np.zeros(room, np.uint32),
     )  # fmt: skip
     assert found == (0, 0, contact.FAR_STEPS)

@@ -19,6 +19,8 @@ NEAR_STEPS = 10
 """Steps between two searches while particles are near the debris."""
 ROOM = 544
 """Room for all knots and MUs, in whole cache lines."""
+ROWS = 14
+"""Rows of work space for :func:`contact_forces`."""
 FAR_STEPS = 500
 """Steps between two searches at the most."""
 FAR_AWAY = 1e3
@@ -238,7 +240,7 @@ def gather(knot_pos, knot_vel, mu_pos, mu_vel, debris, numbers, near, held, touc
         work[k + 6 * ROOM], work[k + 7 * ROOM], work[k + 8 * ROOM] = held[0, j], held[1, j], held[2, j]
     filled = (count + 7) // 8 * 8
     for k in range(count, filled):
-        for row in range(14):
+        for row in range(ROWS):
             work[k + row * ROOM] = FAR_AWAY if row < 3 else 0.0
     return filled
 

@@ -94,8 +94,9 @@ def tether_force(knot_pos, knot_vel, chaser, matrix, rate, numbers, rest, force,
 
 @kernel
 def aligned_rows(width):
-    """Three rows of zeros, as wide as whole cache lines are, each beginning where a cache line does: loads of whole vectors cost twice as much
-    across the border of two.
+    """Three rows of zeros, as wide as whole cache lines, each beginning where a line does.
+
+    Loading a whole vector across the border of two lines costs twice as much.
     """
     line = 64 // 8
     store = np.zeros(3 * width + line)
@@ -118,8 +119,8 @@ def advance_scenario(
         external: per MU, whether its stand-in follows a target (M,).
         target_pos: the target at the first step [m], (M, 3).
         target_vel: its velocity [m/s], (M, 3).
-        all_knot_pos, all_knot_vel, mu_pos, mu_vel, bodies, bristle, pair_length, locked: the scenario's state, see State;
-        updated.
+        all_knot_pos, all_knot_vel, mu_pos, mu_vel, bodies, bristle, pair_length, locked: the scenario's state, see
+        State; updated.
         closing: closing has begun.
         tether_length: locked length of the main tether [m].
 
@@ -142,7 +143,7 @@ def advance_scenario(
     near, touching = np.empty(contact.ROOM + 1, np.uint32), np.empty(contact.ROOM + 1, np.uint32)
     near_flags = np.zeros(contact.ROOM, np.uint8)
     near_blocks = near_flags.view(np.uint64)
-    work = np.empty(14 * contact.ROOM)
+    work = np.empty(contact.ROWS * contact.ROOM)
     held, kept = np.empty((3, contact.ROOM)), np.empty(contact.ROOM)
     squared, along = np.empty(contact.ROOM), np.empty(contact.ROOM)
     ordered = squared.view(np.uint64)
@@ -213,9 +214,7 @@ def advance_scenario(
             columns = listed(column_flags, column_blocks, busy, taut_columns)
             dense_for = threads.DENSE_STEPS if rows + columns > threads.DENSE_FROM else 0
         if dense_for == 0:
-            threads.apply_taut(
-                knot_pos, knot_vel, taut_rows, rows, taut_columns, columns, numbers, kick, taut_work
-            )
+            threads.apply_taut(knot_pos, knot_vel, taut_rows, rows, taut_columns, columns, numbers, kick, taut_work)
         else:
             threads.apply_all(knot_pos, knot_vel, numbers, kick, row_force, column_force)
             dense_for -= 1
