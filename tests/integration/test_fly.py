@@ -201,6 +201,19 @@ def test_a_narrow_mouth_comes_late_and_saves_fuel_if_the_reference_follows_throu
     assert fuel[2] > 1.3 * fuel[1]
 
 
+@pytest.mark.parametrize(
+    "offsets",
+    [
+        # Neighbours farther apart than the rim between them is long; opposite sides farther than a row.
+        ((-2.3, -4.4), (1.5, 0.4), (-3.6, 3.3), (4.5, -3.4), (1.2, 2.1), (0.8, -0.7), (2.3, -1.4), (-4.1, -2.4)),
+        ((-2.8, -1.1), (0.8, 1.3), (-2.8, 2.3), (2.5, -1.7), (1.8, -4.3), (4.0, -2.6), (-0.8, -0.8), (-3.4, 4.3)),
+    ],
+)
+def test_a_mouth_wider_than_the_net_is_closed_by_all(offsets):
+    outcomes = fly_many([Scenario(mus=8, seed=seed, aiming_offsets=offsets) for seed in range(2)])
+    assert [outcome.captured for outcome in outcomes] == [True] * 2
+
+
 def test_stops_at_the_trigger_with_the_net_as_a_whole_flight_has_it():
     scenarios = [Scenario(mus=4, seed=seed) for seed in (1, 2)]
     seen = {}

@@ -36,6 +36,15 @@ def test_points_too_far_apart_are_drawn_together_without_moving_the_middle(mus):
         np.testing.assert_allclose(drawn.mean(axis=0), aims.mean(axis=0), atol=1e-9)
 
 
+def test_opposite_sides_are_no_farther_apart_than_a_row_is_long():
+    aims = np.array(nominal_aiming_points(8, (0.0, 0.0, -50.0)))
+    aims[4, 1] -= 5.0
+    aims[7, 1] += 5.0
+    drawn = spanned(aims)
+    assert drawn[7, 1] - drawn[4, 1] == pytest.approx(22.0 + 2 * 0.71)
+    np.testing.assert_array_equal(drawn[[5, 6]], aims[[5, 6]])
+
+
 def test_two_that_pull_apart_give_way_alike():
     aims = np.array(nominal_aiming_points(4, (0.0, 0.0, -50.0)))
     aims[0, 0] -= 2.0
