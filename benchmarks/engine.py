@@ -12,6 +12,8 @@ import argparse
 import statistics
 import sys
 
+from tethernet_sim import cores
+
 from .deployment import DURATION_S, Deployment, fly_engine, fly_mujoco
 from .figures import conclude, machine
 
@@ -31,9 +33,7 @@ def main(argv: list[str] | None = None) -> int:
         parser.error(f"--turns {options.turns}: allowed: 1 or more")
     duration, turns = (SMOKE_S, 1) if options.smoke else (DURATION_S, options.turns)
 
-    import numba
-
-    numba.set_num_threads(1)
+    cores.use(1)
     print(machine())
     print(f"8 MUs, {duration:g} s of deployment, no noise, one core, {turns} turns")
     fly_engine(duration_s=0.2)  # compiles or loads

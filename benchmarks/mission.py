@@ -11,10 +11,11 @@ import statistics
 import sys
 import time
 
+from tethernet_sim import cores
 from tethernet_sim.fly import Settings, fly, fly_many
 from tethernet_sim.scenario import Scenario
 
-from .figures import conclude, cores, machine
+from .figures import conclude, machine
 
 CAPTURE_AT_ONCE = {"trigger_distance_m": 50.0, "capture_duration_s": 1.0}
 """Rules of a mission that runs through all phases within a second."""
@@ -59,9 +60,7 @@ def fly_once(scenario: Scenario, settings: Settings) -> Cost:
 
 def fly_batch(scenarios: list[Scenario], settings: Settings, threads: int) -> BatchCost:
     """Fly a batch on so many cores and see what it costs."""
-    import numba
-
-    numba.set_num_threads(threads)
+    cores.use(threads)
     began, cpu_began = time.perf_counter(), time.process_time()
     fly_many(scenarios, settings)
     return BatchCost(time.perf_counter() - began, time.process_time() - cpu_began)
@@ -79,11 +78,9 @@ def main(argv: list[str] | None = None) -> int:
     missions, batch = (1, 4) if options.smoke else (options.missions, options.batch)
     settings = Settings.load(mission=CAPTURE_AT_ONCE) if options.smoke else Settings.load()
 
-    import numba
-
-    threads = min(cores(), numba.config.NUMBA_NUM_THREADS)
+    threads = cores.count()
     print(machine())
-    numba.set_num_threads(1)
+    cores.use(1)
     shortest = Settings.load(mission=CAPTURE_AT_ONCE)
     costs: dict[int, list[Cost]] = {}
     for mus in (8, 4):

@@ -8,6 +8,8 @@ from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from typing import Any
 
+from tethernet_sim import cores
+
 from .source_digest import source_digest
 from .workers import ClusterError, Result, Task
 
@@ -85,11 +87,9 @@ def _results(ray: Any, function: Callable[[Task], Result], tasks: Sequence[Task]
 
 def _call(function: Callable[[Task], Result], task: Task, expected_code: str) -> Result:
     """One task, in a process of the cluster."""
-    import numba
-
     if source_digest() != expected_code:
         raise ClusterError(
             f"{socket.gethostname()} has other sources than the machine that asks; bring both to the same commit"
         )
-    numba.set_num_threads(1)  # one core of the cluster for each task
+    cores.use(1)  # one core of the cluster for each task
     return function(task)

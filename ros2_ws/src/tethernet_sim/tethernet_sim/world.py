@@ -8,6 +8,7 @@ import numpy as np
 
 from tethernet_control.settings import ControlParameters, MissionParameters
 
+from . import cores
 from .kernels import step
 from .model import CENTRAL_KNOT, Model, build_model
 from .settings import PhysicsParameters
@@ -75,11 +76,15 @@ class World:
             chosen: indices of the scenarios to fly; None for all.
         """
         s = self.state
-        step.advance(
-            self.model.numbers, self.model.arrays, self.steps, self._all if chosen is None else chosen, thrust,
-            self.external, self.target_pos, self.target_vel, s.knot_pos, s.knot_vel, s.mu_pos, s.mu_vel,
-            s.bodies, s.bristle, s.closing, s.pair_length, s.locked, s.tether_length, s.contacts,
-        )  # fmt: skip
+
+        def fly(part: np.ndarray) -> None:
+            step.advance(
+                self.model.numbers, self.model.arrays, self.steps, part, thrust, self.external, self.target_pos,
+                self.target_vel, s.knot_pos, s.knot_vel, s.mu_pos, s.mu_vel, s.bodies, s.bristle, s.closing,
+                s.pair_length, s.locked, s.tether_length, s.contacts,
+            )  # fmt: skip
+
+        cores.share(fly, self._all if chosen is None else chosen)
 
     def begin_closing(self, index: int) -> None:
         """Lock the main tether, start the winches, enable docking in one scenario."""

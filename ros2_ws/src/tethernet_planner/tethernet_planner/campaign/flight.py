@@ -53,13 +53,6 @@ def fly_cases(cases: Sequence[Case], settings: Settings) -> list[Outcome]:
     return [failed(case.scenario, case.error) if case.error else next(outcomes) for case in cases]
 
 
-def cores() -> int:
-    """How many cores a flight uses."""
-    import numba
-
-    return numba.get_num_threads()
-
-
 def failed(scenario: Scenario, error: str) -> Outcome:
     """The outcome of a scenario of which nothing is known but that it failed.
 

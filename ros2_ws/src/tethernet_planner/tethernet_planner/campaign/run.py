@@ -5,10 +5,11 @@ from __future__ import annotations
 import sys
 from collections.abc import Sequence
 
+from tethernet_sim import cores
 from tethernet_sim.fly import Settings
 
 from .cases import Case, row
-from .flight import cores, fly_chunks
+from .flight import fly_chunks
 from .progress import Progress
 from .results import Results
 
@@ -17,7 +18,7 @@ def go_on(results: Results, cases: Sequence[Case], settings: Settings, chunk: in
     """Fly what is not flown yet; False when interrupted."""
     done = len(results.rows)
     before = f", {done} flown before" if done else ""
-    where = f"on the cluster at {cluster}" if cluster else f"on {cores()} cores"
+    where = f"on the cluster at {cluster}" if cluster else f"on {cores.count()} cores"
     print(f"{len(cases)} missions{before}; {chunk} at a time {where}", file=sys.stderr)
     progress = Progress(len(cases), done)
     try:

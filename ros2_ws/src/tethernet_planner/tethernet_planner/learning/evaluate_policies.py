@@ -9,13 +9,13 @@ import time
 from collections.abc import Sequence
 from pathlib import Path
 
+from tethernet_sim import cores
 from tethernet_sim.fly import CHUNK, Settings
 from tethernet_sim.scenario import Outcome
 
 from .. import policies, workers
 from ..campaign import pictures, tables
 from ..campaign.cases import outcome_columns, row
-from ..campaign.flight import cores
 from ..campaign.progress import Progress
 from ..evaluate import plain
 from . import evaluation_report, model_file, run_folder
@@ -84,7 +84,7 @@ def _run(options: argparse.Namespace, chosen: dict[int, list[str]]) -> int:
         "seed": options.seed,
         "flight_parameters": model_file.settings_fingerprint(settings),
         "commit": model_file.commit(),
-        "flown_on": f"the cluster at {options.cluster}" if options.cluster else f"{cores()} cores",
+        "flown_on": f"the cluster at {options.cluster}" if options.cluster else f"{cores.count()} cores",
         "wall_time_s": round(time.monotonic() - began, 1),
     }
     _write(options.output, facts, evaluated)

@@ -66,6 +66,16 @@ def leaf(function):
     )(function)  # fmt: skip
 
 
+def merged(function):
+    """Make a function part of its one caller before anything is compiled: for the largest, compiled once that way."""
+    return numba.njit(inline="always", fastmath=FAST, error_model="numpy")(function)
+
+
+def outer(function):
+    """Compile a kernel that only Python calls."""
+    return numba.njit(cache=True, fastmath=FAST, error_model="numpy", nogil=True)(function)
+
+
 def strict(function):
     """Compile with IEEE arithmetic: the same bits as the plain Python function."""
     return numba.njit(cache=True, error_model="numpy", nogil=True)(function)

@@ -1,16 +1,15 @@
-"""The integration of one scenario over many steps, and of a batch of scenarios on all cores."""
+"""The integration of one scenario, and of one after the other, over many steps."""
 
 from __future__ import annotations
 
 import math
 
-import numba
 import numpy as np
 
 from ..model import CENTRAL_KNOT, KNOTS
 from . import contact, pairs, rigid_body, threads
 from .listing import listed
-from .options import FAST, kernel, leaf
+from .options import kernel, leaf, merged, outer
 
 
 @leaf
@@ -104,7 +103,7 @@ def aligned_rows(width):
     return store[begin : begin + 3 * width].reshape(3, width)
 
 
-@kernel
+@merged
 def advance_scenario(
     numbers, arrays, steps, thrust, external, target_pos, target_vel,
     all_knot_pos, all_knot_vel, mu_pos, mu_vel, bodies, bristle, closing, pair_length, locked, tether_length,
@@ -271,8 +270,7 @@ def begin_closing(numbers, all_pairs, knot_pos, mu_pos, chaser, pair_length, loc
     return math.sqrt(squared)
 
 
-# The only parallel function: nested parallel and cached numba functions have crashed (numba issues 4807 and 10184).
-@numba.njit(cache=True, fastmath=FAST, error_model="numpy", parallel=True, nogil=True)
+@outer
 def advance(
     numbers, arrays, steps, chosen, thrust, external, target_pos, target_vel,
     knot_pos, knot_vel, mu_pos, mu_vel, bodies, bristle, closing, pair_length, locked, tether_length, contacts,
@@ -280,8 +278,7 @@ def advance(
     """Fly the ``chosen`` scenarios of a batch for ``steps`` steps; arrays as in State, with the leading scenario
     axis.
     """
-    for c in numba.prange(len(chosen)):
-        b = chosen[c]
+    for b in chosen:
         contacts[b] = advance_scenario(
             numbers, arrays, steps, thrust[b], external[b], target_pos[b], target_vel[b],
             knot_pos[b], knot_vel[b], mu_pos[b], mu_vel[b], bodies[b], bristle[b],
