@@ -27,8 +27,8 @@ def surrogate(path: Path, mus: int, cqi: float = 1.5, pairs: float = 7.2, seen: 
     if seen is not None:
         weight[1, seen] = 1.0
     arrays = {
-        "weight_0": weight,
-        "bias_0": np.array([np.log(cqi), pairs, log_fuel(0.02), 0.0]),
+        "0.weight_0": weight,
+        "0.bias_0": np.array([np.log(cqi), pairs, log_fuel(0.02), 0.0]),
         "input_mean": np.zeros(inputs),
         "input_scale": np.ones(inputs),
         "output_mean": np.zeros(3),

@@ -39,7 +39,7 @@ def invented(mus, count, seed):
 
 
 @pytest.fixture(scope="module")
-def material():
+def materials():
     return surrogate_training.prepare(invented(4, 80, 0), seed=0)
 
 
@@ -54,14 +54,14 @@ def test_the_sequence_goes_once_round_the_mouth(mus):
 
 
 @pytest.mark.parametrize("name", ["rnn", "mlp", "trees"])
-def test_what_is_saved_predicts_what_was_trained(name, material, tmp_path):
+def test_what_is_saved_predicts_what_was_trained(name, materials, tmp_path):
     pytest.importorskip("torch")
     pytest.importorskip("sklearn")
     from tethernet_planner.learning.train_surrogate import train_one
 
     overrides = {"epochs": 12, "trees": 30}
     test = invented(4, 60, 1)
-    surrogate = with_errors(train_one(name, material, 3, overrides, {}), test)
+    surrogate = with_errors(train_one(name, materials, 3, overrides, {}), test)
     surrogate.save(tmp_path / "a.safetensors")
     again = Surrogate.load(tmp_path / "a.safetensors")
     predicted, loaded = surrogate.predict_many(test.features), again.predict_many(test.features)
@@ -77,16 +77,38 @@ def test_what_is_saved_predicts_what_was_trained(name, material, tmp_path):
     assert more["all"]["failures"] == judged["failures"] + 40
     assert more["all"]["right"] == pytest.approx((60 * judged["right"] + 40) / 100)
     assert json.dumps(judged)
-    same = train_one(name, material, 3, overrides, {})
+    same = train_one(name, materials, 3, overrides, {})
     assert all(np.array_equal(same.arrays[key], surrogate.arrays[key]) for key in same.arrays)
 
 
-def test_numpy_and_torch_agree(material):
+def test_every_scenario_is_held_back_from_one_member(materials):
+    assert len(materials) == surrogate_training.FOLDS
+    held = np.concatenate([material.held_inputs for material in materials])
+    assert len(held) == 80
+    assert len(np.unique(held, axis=0)) == 80
+    for material in materials:
+        both = np.concatenate([material.inputs, material.held_inputs])
+        assert len(np.unique(both, axis=0)) == len(both) == 80
+
+
+def test_members_predict_together():
+    alone, other = small_surrogate(), small_surrogate()
+    other.arrays["0.bias_0"] = np.array([0.6, -3.0, 1.0, 2.0])
+    second = {f"1.{name[2:]}": array for name, array in other.arrays.items() if name.startswith("0.")}
+    both = Surrogate("mlp", 4, {**alone.arrays, **second}, alone.errors, {})
+    rows = np.zeros((1, feature_count(4)))
+    a, b, ab = (surrogate.predict_many(rows) for surrogate in (alone, other, both))
+    assert ab.locked_pairs[0] == pytest.approx((a.locked_pairs[0] + b.locked_pairs[0]) / 2)
+    assert ab.cqi[0] == pytest.approx(np.sqrt(a.cqi[0] * b.cqi[0]))
+    assert ab.capture_probability[0] == pytest.approx((a.capture_probability[0] + b.capture_probability[0]) / 2)
+
+
+def test_numpy_and_torch_agree(materials):
     torch = pytest.importorskip("torch")
     from tethernet_planner.learning.train_networks import _Dense, _Recurrent
 
     torch.manual_seed(0)
-    rows = material.held_inputs
+    rows = materials[0].held_inputs
     dense = _Dense(rows.shape[1], 0.0)
     steps = networks.sector_inputs(rows, 4)
     recurrent = _Recurrent(steps.shape[2], 0.0)
@@ -116,7 +138,7 @@ def test_exported_trees_predict_what_scikit_learn_does():
 def small_surrogate(mus=4):
     inputs = feature_count(mus)
     arrays = {
-        "weight_0": np.zeros((4, inputs)), "bias_0": np.zeros(4), "input_mean": np.zeros(inputs),
+        "0.weight_0": np.zeros((4, inputs)), "0.bias_0": np.zeros(4), "input_mean": np.zeros(inputs),
         "input_scale": np.ones(inputs), "output_mean": np.array([0.0, 9.0, log_fuel(0.1)]), "output_scale": np.ones(3),
         "calibration": np.array([1.0, 0.0]),
     }  # fmt: skip
@@ -143,7 +165,7 @@ def test_an_episode_through_a_surrogate(tmp_path):
     assert alone.fuel_kg[0] == split.fuel_kg[0] > 0.1
 
 
-@pytest.mark.parametrize("spoil", ["missing", "text", "kind", "mus", "shape", "nan"])
+@pytest.mark.parametrize("spoil", ["missing", "text", "kind", "mus", "shape", "nan", "members"])
 def test_wrong_files_are_explained(spoil, tmp_path):
     path = tmp_path / "s.safetensors"
     surrogate = small_surrogate()
@@ -155,6 +177,9 @@ def test_wrong_files_are_explained(spoil, tmp_path):
         write(path, "surrogate", surrogate.arrays, {"mus": 8, "model": "mlp", "errors": {}})
     elif spoil == "shape":
         write(path, "surrogate", {**surrogate.arrays, "calibration": np.zeros(3)}, {"mus": 4, "model": "mlp"})
+    elif spoil == "members":
+        without = {name: array for name, array in surrogate.arrays.items() if not name.startswith("0.")}
+        write(path, "surrogate", without, {"mus": 4, "model": "mlp", "errors": {key: {} for key in surrogate.errors}})
     elif spoil == "nan":
         write(path, "surrogate", {**surrogate.arrays, "calibration": np.full(2, np.nan)}, {"mus": 4, "model": "mlp"})
     with pytest.raises(ModelFileError, match=r"s\.safetensors"):

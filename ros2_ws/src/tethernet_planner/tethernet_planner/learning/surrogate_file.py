@@ -1,7 +1,11 @@
-"""A trained surrogate: what the capture will come to, from the net at the start of closing. NumPy only."""
+"""A trained surrogate: what the capture will come to, from the net at the start of closing. NumPy only.
+
+Its members, models of one kind that were each trained without another part of the data, predict together.
+"""
 
 from __future__ import annotations
 
+import functools
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
@@ -78,14 +82,14 @@ class Predictions:
 
 @dataclass(frozen=True)
 class Surrogate:
-    """A model with its scaling and its errors."""
+    """Models with their scaling and their errors."""
 
     model: str
     """One of MODELS."""
     mus: int
     arrays: dict[str, np.ndarray]
-    """The model's own; ``input_mean``, ``input_scale``, shape (990 or 1014,); ``output_mean``, ``output_scale``, shape
-    (3,); ``calibration``, slope and shift of the logit, shape (2,)."""
+    """``k.NAME``: those of member k, see :mod:`.networks`; ``input_mean``, ``input_scale``, shape (990 or 1014,);
+    ``output_mean``, ``output_scale``, shape (3,); ``calibration``, slope and shift of the logit, shape (2,)."""
     errors: dict[str, PredictionErrors]
     """``all``; ``near``, where the predicted CQI is at most 2.5; ``far``, where it is above."""
     about: dict
@@ -114,16 +118,24 @@ class Surrogate:
         if rows.ndim != 2 or rows.shape[1] != expected:
             raise ValueError(f"features of shape {rows.shape}; allowed: (n, {expected}) for {self.mus} MUs")
         arrays = self.arrays
-        raw = forward(self.model, self.mus, arrays, (rows - arrays["input_mean"]) / arrays["input_scale"])
-        values = raw[:, :3].astype(float) * arrays["output_scale"] + arrays["output_mean"]
-        slope, shift = arrays["calibration"]
-        logit = np.clip(slope * raw[:, 3].astype(float) + shift, -50.0, 50.0)
+        inputs = (rows - arrays["input_mean"]) / arrays["input_scale"]
+        raw = np.stack([forward(self.model, self.mus, member, inputs) for member in self.members]).astype(float)
+        values = raw[:, :, :3].mean(axis=0) * arrays["output_scale"] + arrays["output_mean"]
         return Predictions(
             np.exp(np.clip(values[:, 0], -10.0, 10.0)),
             np.clip(values[:, 1], 0.0, design(self.mus).max_locked_pairs),
             _fuel(values[:, 2]),
-            1.0 / (1.0 + np.exp(-logit)),
+            probability(raw[:, :, 3], arrays["calibration"]).mean(axis=0),
         )
+
+    @functools.cached_property
+    def members(self) -> list[networks.Arrays]:
+        """The arrays of each member."""
+        numbers = sorted({int(name.partition(".")[0]) for name in self.arrays if "." in name})
+        return [
+            {name.partition(".")[2]: array for name, array in self.arrays.items() if name.startswith(f"{number}.")}
+            for number in numbers
+        ]
 
     def draw_errors(self, predicted: Predictions, draws: np.ndarray, noise: str) -> tuple[np.ndarray, np.ndarray]:
         """Errors to add to predictions.
@@ -176,10 +188,18 @@ class Surrogate:
         try:
             errors = {part: PredictionErrors(**about["errors"][part]) for part in ("all", "near", "far")}
             surrogate = cls(about["model"], about["mus"], arrays, errors, about)
+            if not surrogate.members:
+                raise ModelFileError(f"{path} has no members; train it again with train_surrogate")
             surrogate.predict_many(np.zeros((1, *inputs)))
         except (KeyError, TypeError, ValueError, IndexError) as error:
             raise ModelFileError(f"{path} does not make a {about['model']}: {error}") from error
         return surrogate
+
+
+def probability(logit: np.ndarray, calibration: np.ndarray) -> np.ndarray:
+    """The calibrated probability of capture, any shape; ``calibration`` is slope and shift of the logit."""
+    slope, shift = calibration
+    return 1.0 / (1.0 + np.exp(-np.clip(slope * logit + shift, -50.0, 50.0)))
 
 
 def forward(model: str, mus: int, arrays: networks.Arrays, inputs: np.ndarray) -> np.ndarray:

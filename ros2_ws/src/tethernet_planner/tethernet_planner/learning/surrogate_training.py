@@ -1,4 +1,4 @@
-"""What all surrogates are trained with: split, scaling, mirrored copies, calibration of the probability."""
+"""What all surrogates are trained with: folds, scaling, mirrored copies, calibration of the probability."""
 
 from __future__ import annotations
 
@@ -8,16 +8,17 @@ import numpy as np
 
 from .data_set import Captures
 from .net_features import image_of_features
-from .surrogate_file import PredictionErrors, Surrogate, forward, log_fuel
+from .surrogate_file import PredictionErrors, Surrogate, forward, log_fuel, probability
 from .symmetry import GROUP
 
-_VALIDATION = 0.1
-"""Share of the training scenarios kept apart: chooses when to stop, calibrates, compares the models."""
+FOLDS = 4
+"""Parts of the training scenarios. Each member of a surrogate is trained without one of them, which tells when to stop;
+what the members say of the parts that they have not seen calibrates and compares the models."""
 
 
 @dataclass(frozen=True)
 class Material:
-    """Training and validation data, scaled; n rows for training, v for validation."""
+    """What one member is trained with, scaled: n rows to learn from, v held back."""
 
     mus: int
     inputs: np.ndarray  # (n, 990 or 1014)
@@ -45,12 +46,15 @@ class Material:
         return ((rows - mean) / scale).astype(np.float32)
 
 
-def prepare(captures: Captures, seed: int) -> Material:
+def prepare(captures: Captures, seed: int) -> list[Material]:
     """Split and scale.
 
     Args:
         captures: the training scenarios.
         seed: of the split.
+
+    Returns:
+        One for each fold, all scaled alike.
 
     Raises:
         ValueError: when all or none of them were captured.
@@ -58,30 +62,46 @@ def prepare(captures: Captures, seed: int) -> Material:
     if captures.captured.all() or not captures.captured.any():
         kind = "captured" if captures.captured.all() else "failed"
         raise ValueError(f"all {len(captures.captured)} training scenarios {kind}; allowed: some of both")
-    order = np.random.default_rng(seed).permutation(len(captures.captured))
-    held = order[: max(2, round(_VALIDATION * len(order)))]
-    kept = order[len(held) :]
     outputs = np.stack([np.log(captures.cqi), captures.locked_pairs, log_fuel(captures.closing_fuel_kg)], axis=1)
-    images = np.concatenate([image_of_features(mirror, captures.features[kept], captures.mus) for mirror in GROUP])
+    images = np.concatenate([image_of_features(mirror, captures.features, captures.mus) for mirror in GROUP])
     scaling = {
         "input_mean": images.mean(axis=0, dtype=float),
         "input_scale": np.maximum(images.std(axis=0, dtype=float), 1e-3),
-        "output_mean": outputs[kept].mean(axis=0),
-        "output_scale": np.where(outputs[kept].std(axis=0) > 1e-6, outputs[kept].std(axis=0), 1.0),
+        "output_mean": outputs.mean(axis=0),
+        "output_scale": np.where(outputs.std(axis=0) > 1e-6, outputs.std(axis=0), 1.0),
     }
     scaling = {name: values.astype(np.float32) for name, values in scaling.items()}
     inputs = ((captures.features - scaling["input_mean"]) / scaling["input_scale"]).astype(np.float32)
     scaled = (outputs - scaling["output_mean"]) / scaling["output_scale"]
     targets = np.hstack([scaled, captures.captured[:, None]]).astype(np.float32)
-    return Material(captures.mus, inputs[kept], targets[kept], inputs[held], targets[held], scaling)
+    part = np.random.default_rng(seed).permutation(len(targets)) % FOLDS
+    return [
+        Material(captures.mus, inputs[part != f], targets[part != f], inputs[part == f], targets[part == f], scaling)
+        for f in range(FOLDS)
+    ]
 
 
-def finish(model: str, arrays: dict[str, np.ndarray], material: Material, about: dict) -> Surrogate:
-    """Calibrate a trained model on the validation data and make it a surrogate, its errors not known yet."""
-    logit = forward(model, material.mus, arrays, material.held_inputs)[:, 3]
-    whole = {**arrays, **material.scaling, "calibration": _calibration(logit, material.held_targets[:, 3])}
+def finish(model: str, members: list[dict[str, np.ndarray]], materials: list[Material], about: dict) -> Surrogate:
+    """Make members a surrogate, calibrated on what each of them has not seen; its errors are not known yet.
+
+    Args:
+        model: rnn, mlp or trees.
+        members: arrays of the trained members.
+        materials: what each of them was trained with.
+        about: facts for the model card; ``validation_brier``, by which models are compared, is added.
+    """
+    mus = materials[0].mus
+    logits, truths = [], []
+    for arrays, material in zip(members, materials, strict=True):
+        logits.append(forward(model, mus, arrays, material.held_inputs)[:, 3].astype(float))
+        truths.append(material.held_targets[:, 3])
+    logit, truth = np.concatenate(logits), np.concatenate(truths)
+    calibration = _calibration(logit, truth)
+    brier = float(((probability(logit, calibration) - truth) ** 2).mean())
+    named = {f"{k}.{name}": array for k, arrays in enumerate(members) for name, array in arrays.items()}
     nothing = dict.fromkeys(("all", "near", "far"), PredictionErrors())
-    return Surrogate(model, material.mus, whole, nothing, about)
+    whole = {**named, **materials[0].scaling, "calibration": calibration}
+    return Surrogate(model, mus, whole, nothing, {**about, "members": len(members), "validation_brier": brier})
 
 
 def _calibration(logit: np.ndarray, captured: np.ndarray) -> np.ndarray:

@@ -9,7 +9,7 @@ import numpy as np
 
 from . import networks
 from .net_features import NUMBERS
-from .surrogate_training import Material
+from .surrogate_training import FOLDS, Material
 
 HIDDEN = (500, 300)
 """Units of the hidden layers (paper)."""
@@ -23,6 +23,8 @@ class NetworkTraining:
     """rnn or mlp."""
     learning_rate: float
     epochs: int
+    members: int = FOLDS
+    """How many are trained, each without another part of the data."""
     batch: int = 32
     """[A]: the paper does not say."""
     weight_decay: float = 0.0
@@ -35,7 +37,7 @@ class NetworkTraining:
 
 
 PRESETS = {
-    "rnn-paper": NetworkTraining("rnn", 1e-5, 500),
+    "rnn-paper": NetworkTraining("rnn", 1e-5, 500, members=1),
     "rnn": NetworkTraining("rnn", 5e-4, 150, weight_decay=0.05, dropout=0.3, mirror=True, decay=True),
     "mlp": NetworkTraining("mlp", 5e-4, 150, weight_decay=0.05, dropout=0.3, mirror=True, decay=True),
 }
@@ -45,7 +47,7 @@ PRESETS = {
 def train(
     training: NetworkTraining, material: Material, seed: int, tell: Callable[[int, str], None]
 ) -> dict[str, np.ndarray]:
-    """Train a network; the epoch with the least validation loss counts.
+    """Train a network; the epoch with the least loss on the part held back counts.
 
     Args:
         training: hyper-parameters.

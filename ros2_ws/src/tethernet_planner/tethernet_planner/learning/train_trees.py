@@ -8,13 +8,15 @@ from dataclasses import dataclass
 import numpy as np
 
 from .net_features import NUMBERS
-from .surrogate_training import Material
+from .surrogate_training import FOLDS, Material
 
 
 @dataclass(frozen=True)
 class TreeTraining:
     """Hyper-parameters."""
 
+    members: int = FOLDS
+    """How many are trained, each without another part of the data."""
     components: int = 40
     """Principal components of the inputs that the trees see, beside the MUs."""
     trees: int = 400
