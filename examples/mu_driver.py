@@ -225,6 +225,8 @@ def main() -> int:
         if rclpy.ok():
             raise  # a fault; otherwise a publisher that the shutdown took away
     finally:
+        # All is done; should the middleware hang when this process leaves the graph, SIGALRM ends it.
+        signal.setitimer(signal.ITIMER_REAL, 5.0)
         if node is not None:
             node.destroy_node()
         rclpy.try_shutdown()

@@ -2,12 +2,21 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 
 from tests.ros.graph import Probe, Processes
+from tethernet_bringup.dds_profile import use_profile
+
+
+@pytest.fixture(autouse=True)
+def profile(tmp_path_factory: pytest.TempPathFactory, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The nodes that tests start themselves, and the tests' own, talk as those of a mission do."""
+    for name, value in use_profile(os.environ, tmp_path_factory.mktemp("dds")).items():
+        monkeypatch.setenv(name, value)
 
 
 @pytest.fixture

@@ -13,6 +13,8 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 
+from tethernet_bringup.dds_profile import FILE_VARIABLES
+
 FLYING = r"[2-9]\.\d s  DEPLOYING"
 """A line of progress some seconds after launch."""
 DEADLINE_S = 90.0
@@ -41,7 +43,11 @@ class MissionCommand:
             "--domain-id",
             str(domain_id),
         ]
-        self.process = subprocess.Popen([*command, *words], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+        # The command makes a profile of its own, unless it is given one.
+        environment = {name: value for name, value in os.environ.items() if name not in FILE_VARIABLES}
+        self.process = subprocess.Popen(
+            [*command, *words], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, env=environment
+        )
         self._reader = threading.Thread(target=self._read, daemon=True)
         self._reader.start()
 

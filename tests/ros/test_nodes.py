@@ -95,6 +95,31 @@ def test_an_exception_in_a_callback_is_told_and_ends_with_status_1(processes, tm
         process.log.write_text("")  # the traceback is wanted here
 
 
+def test_who_hangs_in_the_middleware_when_he_leaves_is_ended(processes, tmp_path):
+    program = tmp_path / "hanging.py"
+    program.write_text(
+        "import ctypes\n"
+        "from rclpy.node import Node\n"
+        "from tethernet_control.ros import executor\n"
+        "executor._LEAVE_S = 0.5\n"
+        "class Hanging(Node):\n"
+        "    def __init__(self):\n"
+        "        super().__init__('hanging')\n"
+        "        self.create_timer(0.05, self.fail)\n"
+        "    def fail(self):\n"
+        "        raise ValueError('the reason')\n"
+        "    def destroy_node(self):\n"
+        "        print('hangs', flush=True)\n"
+        "        ctypes.PyDLL(None).pause()  # with the interpreter's lock\n"
+        "raise SystemExit(executor.run(Hanging))\n"
+    )
+    process = processes.start("hanging", str(program))
+    assert process.wait() == -signal.SIGALRM
+    assert "stopped by ValueError: the reason" in process.output
+    assert process.output.endswith("hangs\n")
+    process.log.write_text("")  # the traceback is wanted here
+
+
 def test_parameters_are_described_typed_and_read_only(probe, processes):
     processes.node(CONTROLLER, "mu:=3", "kp:=12")
     node = "mu3_controller"

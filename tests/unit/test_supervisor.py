@@ -198,6 +198,8 @@ def test_nodes_talk_through_the_profile_that_stays_on_this_machine(tmp_path):
     text = ElementTree.parse(path).getroot()
     assert path.parent == tmp_path
     assert [e.text for e in text.iter() if e.tag.endswith("}address")] == ["127.0.0.1", "127.0.0.1"]
+    [lease] = [e for e in text.iter() if e.tag.endswith("}leaseDuration")]
+    assert float(lease[0].text) > 300.0, "longer than a mission in real time"
 
 
 def test_discovery_in_the_subnet_is_not_bound_to_this_machine(tmp_path):

@@ -5,6 +5,13 @@ sockets' receive buffers, and what is lost comes again only seconds later; so di
 memory too, in queues long enough that a process may stall for a second. UDP stays for whoever joins from elsewhere, as
 ``ros2 topic echo`` or the driver of a real MU; with discovery on this machine only, it is bound to the loopback
 interface, which the LOCALHOST range of ROS 2 alone would not do.
+
+A participant that is silent for its lease is given up by the others, each of which looks for that with a timer of so
+long a period. In Fast DDS 2.14 a process hangs for good, when such a timer fires in the moment in which another
+participant takes its endpoints away (issue 6502 of Fast-DDS: the event thread waits for the discovery's lock, whose
+holder waits for the event thread). With the 20 s of the default the timers of processes that were started together
+fire together, and a mission that ends then leaves nodes that do not. The lease here outlasts missions; that a process
+has died the mission learns otherwise, from the supervisor and by the age of what it publishes.
 """
 
 from __future__ import annotations
@@ -21,6 +28,7 @@ _MIDDLEWARES = ("", "rmw_fastrtps_cpp", "rmw_fastrtps_dynamic_cpp")
 _SEGMENT_BYTES = 4 << 20
 _QUEUE_LENGTH = 4096
 _MOST_PARTICIPANTS = 32
+_LEASE_S = 600
 
 _PROFILE = """\
 <?xml version="1.0" encoding="UTF-8" ?>
@@ -51,7 +59,12 @@ _PROFILE = """\
           <transport_id>shared_memory</transport_id>
           <transport_id>udp</transport_id>
         </userTransports>
-        <useBuiltinTransports>false</useBuiltinTransports>{peers}
+        <useBuiltinTransports>false</useBuiltinTransports>
+        <builtin>
+          <discovery_config>
+            <leaseDuration><sec>{lease}</sec></leaseDuration>
+          </discovery_config>{peers}
+        </builtin>
       </rtps>
     </participant>
   </profiles>
@@ -60,11 +73,9 @@ _PROFILE = """\
 _LOOPBACK_ONLY = """
         <interfaceWhiteList><address>127.0.0.1</address></interfaceWhiteList>"""
 _LOOPBACK_PEER = """
-        <builtin>
           <initialPeersList>
             <locator><udpv4><address>127.0.0.1</address></udpv4></locator>
-          </initialPeersList>
-        </builtin>"""
+          </initialPeersList>"""
 
 
 def profile(localhost: bool) -> str:
@@ -77,6 +88,7 @@ def profile(localhost: bool) -> str:
         participants=_MOST_PARTICIPANTS,
         segment=_SEGMENT_BYTES,
         queue=_QUEUE_LENGTH,
+        lease=_LEASE_S,
         whitelist=_LOOPBACK_ONLY if localhost else "",
         peers=_LOOPBACK_PEER if localhost else "",
     )

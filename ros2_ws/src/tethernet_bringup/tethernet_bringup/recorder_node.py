@@ -42,7 +42,7 @@ from rclpy.utilities import remove_ros_args
 
 from tethernet_control.parameters import ParameterError
 from tethernet_control.ros import qos, topics
-from tethernet_control.ros.executor import FAULT, STOPPED, USAGE
+from tethernet_control.ros.executor import FAULT, STOPPED, USAGE, bound_the_end
 from tethernet_control.ros.parameters import NODE_OPTIONS, declare
 
 from .bag_errors import BagError, BagWriteError, cause
@@ -349,6 +349,7 @@ def _run(signals: list[int]) -> int:
     fault = recorder.close(fault)
     if fault:
         recorder.get_logger().fatal(f"recording ended early: {fault}; what was recorded until then is kept")
+    bound_the_end()
     recorder.destroy_node()
     return FAULT if fault else STOPPED
 
