@@ -189,7 +189,7 @@ class Surrogate:
             errors = {part: PredictionErrors(**about["errors"][part]) for part in ("all", "near", "far")}
             surrogate = cls(about["model"], about["mus"], arrays, errors, about)
             if not surrogate.members:
-                raise ModelFileError(f"{path} has no members; train it again with train_surrogate")
+                raise ValueError("it has no members; train it again with train_surrogate")
             surrogate.predict_many(np.zeros((1, *inputs)))
         except (KeyError, TypeError, ValueError, IndexError) as error:
             raise ModelFileError(f"{path} does not make a {about['model']}: {error}") from error
