@@ -46,6 +46,12 @@ def test_a_failing_part_is_told_after_all_have_ended(wrong):
     assert sorted(ended) == [0, 1]
 
 
+@pytest.mark.parametrize(("number", "words"), [(1, "1 core"), (2, "2 cores")])
+def test_it_is_told_in_words(number, words):
+    cores.use(number)
+    assert cores.told() == words
+
+
 def test_none_is_no_number_of_cores():
     with pytest.raises(ValueError, match="0 cores: allowed: 1 or more"):
         cores.use(0)

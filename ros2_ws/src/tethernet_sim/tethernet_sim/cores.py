@@ -22,6 +22,11 @@ def count() -> int:
     return config.NUMBA_NUM_THREADS if _limit is None else _limit
 
 
+def told() -> str:
+    """The same in words."""
+    return "1 core" if count() == 1 else f"{count()} cores"
+
+
 def use(number: int) -> None:
     """Fly the batches of this process on so many cores from now on.
 

@@ -18,7 +18,7 @@ def go_on(results: Results, cases: Sequence[Case], settings: Settings, chunk: in
     """Fly what is not flown yet; False when interrupted."""
     done = len(results.rows)
     before = f", {done} flown before" if done else ""
-    where = f"on the cluster at {cluster}" if cluster else f"on {cores.count()} cores"
+    where = f"on the cluster at {cluster}" if cluster else f"on {cores.told()}"
     print(f"{len(cases)} missions{before}; {chunk} at a time {where}", file=sys.stderr)
     progress = Progress(len(cases), done)
     try:

@@ -84,7 +84,7 @@ def _run(options: argparse.Namespace, chosen: dict[int, list[str]]) -> int:
         "seed": options.seed,
         "flight_parameters": model_file.settings_fingerprint(settings),
         "commit": model_file.commit(),
-        "flown_on": f"the cluster at {options.cluster}" if options.cluster else f"{cores.count()} cores",
+        "flown_on": f"the cluster at {options.cluster}" if options.cluster else cores.told(),
         "wall_time_s": round(time.monotonic() - began, 1),
     }
     _write(options.output, facts, evaluated)
