@@ -91,6 +91,16 @@ def test_every_scenario_is_held_back_from_one_member(materials):
         assert len(np.unique(both, axis=0)) == len(both) == 80
 
 
+def test_too_few_failures_for_every_member_are_told():
+    captures = invented(4, 80, 0)
+    captured = np.ones(80, bool)
+    captured[17] = False
+    with pytest.raises(ValueError, match=r"too few of the 80 training scenarios .* make more scenarios"):
+        surrogate_training.prepare(dataclasses.replace(captures, captured=captured), seed=0)
+    with pytest.raises(ValueError, match="all 80 training scenarios captured"):
+        surrogate_training.prepare(dataclasses.replace(captures, captured=np.ones(80, bool)), seed=0)
+
+
 def test_members_predict_together():
     alone, other = small_surrogate(), small_surrogate()
     other.arrays["0.bias_0"] = np.array([0.6, -3.0, 1.0, 2.0])

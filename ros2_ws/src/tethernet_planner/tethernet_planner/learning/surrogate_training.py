@@ -57,7 +57,7 @@ def prepare(captures: Captures, seed: int) -> list[Material]:
         One for each fold, all scaled alike.
 
     Raises:
-        ValueError: when all or none of them were captured.
+        ValueError: when all or none of them were captured, or all or none of what a member would learn from.
     """
     if captures.captured.all() or not captures.captured.any():
         kind = "captured" if captures.captured.all() else "failed"
@@ -75,6 +75,12 @@ def prepare(captures: Captures, seed: int) -> list[Material]:
     scaled = (outputs - scaling["output_mean"]) / scaling["output_scale"]
     targets = np.hstack([scaled, captures.captured[:, None]]).astype(np.float32)
     part = np.random.default_rng(seed).permutation(len(targets)) % FOLDS
+    for f in range(FOLDS):
+        if not 0.0 < captures.captured[part != f].mean() < 1.0:
+            raise ValueError(
+                f"too few of the {len(part)} training scenarios in which closing began captured or failed: without one "
+                f"of {FOLDS} parts none is left; allowed: some of both in the rest, so make more scenarios"
+            )
     return [
         Material(captures.mus, inputs[part != f], targets[part != f], inputs[part == f], targets[part == f], scaling)
         for f in range(FOLDS)
