@@ -10,7 +10,7 @@ import subprocess
 import sys
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from tethernet_bringup.dds_profile import FILE_VARIABLES
@@ -25,19 +25,21 @@ STOP_S = 6.0
 class MissionCommand:
     """One run of the command; a context manager that leaves no process."""
 
-    def __init__(self, output: Path, domain_id: int, *words: str):
+    def __init__(
+        self, output: Path, domain_id: int, *words: str, program: Sequence[str] = ("-m", "tethernet_bringup.cli")
+    ):
         """Args:
         output: folder for the runs.
         domain_id: DDS domain.
         words: more of the command line.
+        program: what Python runs.
         """
         self.output = output
         self.lines: list[str] = []
         self._news = threading.Condition()
         command = [
             sys.executable,
-            "-m",
-            "tethernet_bringup.cli",
+            *program,
             "--output",
             str(output),
             "--domain-id",

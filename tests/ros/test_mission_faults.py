@@ -137,3 +137,22 @@ def test_bad_usage_starts_nothing(tmp_path, domain_id, words, message):
         assert mission.finish() == 2
         assert message in mission.text
         assert not (tmp_path / "runs").exists()
+
+
+def test_all_is_written_and_told_before_the_middleware_can_hang_in_leaving(tmp_path, domain_id):
+    program = tmp_path / "hanging.py"
+    program.write_text(
+        "import ctypes\n"
+        "import rclpy\n"
+        "from tethernet_bringup import cli\n"
+        "from tethernet_control.ros import executor\n"
+        "executor._LEAVE_S = 0.5\n"
+        "rclpy.try_shutdown = lambda: ctypes.PyDLL(None).pause()  # with the interpreter's lock\n"
+        "raise SystemExit(cli.main())\n"
+    )
+    flags = (*LOCKSTEP, *short(tmp_path))
+    with MissionCommand(tmp_path / "runs", domain_id, *flags, program=(str(program),)) as mission:
+        assert mission.finish() == -signal.SIGALRM, mission.text
+        assert mission.outcome["phase"] == "MISSED"
+        assert mission.outcome["verdict"] in mission.text
+        assert read_bag(mission.run)["/mission/state"]

@@ -10,11 +10,15 @@ import sys
 import time
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TextIO
+from typing import TYPE_CHECKING, TextIO
 
 from . import arguments
 from .interrupts import Interrupts
-from .outcome import ExitStatus
+from .outcome import ExitStatus, FlightRecord, build, describe, exit_status, write
+
+if TYPE_CHECKING:
+    from .progress import Display
+    from .run_folder import RunFolder
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -45,10 +49,8 @@ def _run(options, interrupts: Interrupts, began: float) -> ExitStatus:
     from .dds_profile import use_profile
     from .flight import Flight, FlightPlan
     from .mission_parameters import MissionParametersError, resolve
-    from .outcome import FlightRecord, build, describe, exit_status, write
     from .processes import mission_processes
     from .progress import Display
-    from .recording import complaints, count_messages
     from .run_folder import RunFolderError, make_run_folder
     from .supervisor import Supervisor, mission_environment
 
@@ -89,7 +91,18 @@ def _run(options, interrupts: Interrupts, began: float) -> ExitStatus:
         parameters=setup.patience,
     )
     with Supervisor(folder.logs, environment, setup.supervisor) as supervisor:
-        Flight(plan, supervisor, interrupts, record, display, began).fly()
+        flight = Flight(plan, supervisor, interrupts, record, display, began)
+        flight.fly()
+    try:
+        return _report(record, folder, display)
+    finally:
+        flight.leave()
+
+
+def _report(record: FlightRecord, folder: RunFolder, display: Display) -> ExitStatus:
+    """Write and tell how the mission went."""
+    from .recording import complaints, count_messages
+
     record.messages = count_messages(folder.bag)
     if record.launched and not record.faults:
         if not record.messages:

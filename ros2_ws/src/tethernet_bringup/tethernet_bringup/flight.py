@@ -75,7 +75,10 @@ class Flight:
         self._memory_due: float | None = None
 
     def fly(self) -> None:
-        """Fly the mission; faults and interrupts end up in the record, and no process stays behind."""
+        """Fly the mission; faults and interrupts end up in the record, and no process stays behind.
+
+        The graph is left by :meth:`leave`.
+        """
         try:
             self._interrupts.check()
             self._supervisor.start_all(self._plan.processes)
@@ -100,6 +103,13 @@ class Flight:
             self._fault(f"{type(error).__name__}: {error} (traceback in {log})")
         finally:
             self._end()
+
+    def leave(self) -> None:
+        """Leave the graph, once: after all is written and told, because the middleware may hang in it."""
+        if self._monitor is not None:
+            self._monitor.close()
+            self._monitor = None
+            self._supervisor.clean()  # saying goodbye to a node that was killed makes its segments anew
 
     def _assemble(self) -> None:
         """Wait until every node has found every other."""
@@ -223,7 +233,6 @@ class Flight:
         if self._monitor is not None:
             if early and self._started and not record.phase.over:
                 self._abort()
-            self._monitor.close()
         self._display.live("stopping")
         for ended in self._supervisor.stop(hurry=bool(early)):
             if ended.forced:

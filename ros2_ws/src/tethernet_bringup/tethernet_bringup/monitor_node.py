@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import signal
 from collections.abc import Callable, Iterable, Mapping
 
 import rclpy
@@ -14,7 +15,7 @@ from std_srvs.srv import Trigger
 from tethernet_control.mission import Phase
 from tethernet_control.ros import qos, topics
 from tethernet_control.ros.connections import Connections, read_connections, service_name
-from tethernet_control.ros.executor import make_executor
+from tethernet_control.ros.executor import bound_the_end, make_executor
 from tethernet_msgs.msg import CaptureAssessment, MissionState, MuStatus, SimStatus
 
 from .graph import Endpoint, GraphCheck
@@ -47,11 +48,13 @@ class Monitor:
             subscribe(MuStatus, topics.mu_status(mu), self._on_status, qos.STATE)
 
     def close(self) -> None:
-        """Leave the graph."""
+        """Leave the graph. Should the middleware hang in it for good, SIGALRM ends this process."""
+        bound_the_end()
         self._executor.remove_node(self._node)
         self._executor.shutdown()
         self._node.destroy_node()
         rclpy.try_shutdown()
+        signal.setitimer(signal.ITIMER_REAL, 0.0)  # it did not
 
     def spin(self, timeout_s: float) -> None:
         """Handle what comes in for so long."""

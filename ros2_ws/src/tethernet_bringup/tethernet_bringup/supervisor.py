@@ -196,6 +196,10 @@ class Supervisor:
         """Remember which shared-memory segments the living nodes hold, to clean up after those that get killed."""
         self._segments |= shared_memory.held_by(self.pids.values())
 
+    def clean(self) -> None:
+        """Remove the shared memory that killed nodes left: once they are gone, and whenever this process has talked since."""
+        shared_memory.clean(self._segments)
+
     def stop(self, hurry: bool = True) -> list[Exit]:
         """End all processes: SIGINT, then SIGTERM, then SIGKILL; those marked ``last`` after the others.
 
@@ -219,7 +223,7 @@ class Supervisor:
         os.close(self._write_end)
         os.close(self._read_end)
         self._read_end = self._write_end = None
-        shared_memory.clean(self._segments)
+        self.clean()
         return [self._exits[name] for name in self._processes if name in before and name in self._exits]
 
     def _end(self, names: Sequence[str], interrupt_patience: float, terminate_patience: float) -> None:
