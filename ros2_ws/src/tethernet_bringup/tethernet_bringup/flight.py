@@ -230,9 +230,8 @@ class Flight:
         if self._launched_at is not None and record.wall_time_s is None:
             record.wall_time_s = time.monotonic() - self._launched_at
         early = record.interrupted_by or record.faults
-        if self._monitor is not None:
-            if early and self._started and not record.phase.over:
-                self._abort()
+        if early and self._started and not record.phase.over:
+            self._abort()
         self._display.live("stopping")
         for ended in self._supervisor.stop(hurry=bool(early)):
             if ended.forced:

@@ -197,7 +197,7 @@ class Supervisor:
         self._segments |= shared_memory.held_by(self.pids.values())
 
     def clean(self) -> None:
-        """Remove the shared memory that killed nodes left: once they are gone, and whenever this process has talked since."""
+        """Remove the shared memory that killed nodes left; again whenever this process has talked to them since."""
         shared_memory.clean(self._segments)
 
     def stop(self, hurry: bool = True) -> list[Exit]:
