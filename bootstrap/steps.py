@@ -6,12 +6,14 @@ import importlib.util
 import os
 import re
 import shutil
+import subprocess
 import sys
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
 from . import fingerprint, runtime
+from .clashes import clashes, own_packages
 from .errors import SetupError
 from .lock import MARK
 from .places import MESSAGE_PACKAGES, PYTHON_PACKAGES, Places
@@ -98,10 +100,18 @@ def _install(*names: str) -> Callable[[Places, Report], None]:
 
 
 def _pip_check(places: Places) -> None:
-    advice = (
-        "The pinned versions do not fit together: a mistake in requirements/, or a package has changed in the index."
+    """Raises: SetupError: where a package of the set-up lacks what it needs."""
+    command = [str(places.python), "-m", "pip", "check"]
+    checked = subprocess.run(
+        command, cwd=places.venv, env=tool_environment(places), capture_output=True, text=True, check=False
     )
-    run_tool([places.python, "-m", "pip", "check"], places, advice=advice)
+    wrong = clashes(checked.stdout, own_packages(places.requirements.glob("*.txt")))
+    if wrong or (checked.stderr and checked.returncode not in (0, 1)):
+        said = "\n".join(wrong) or checked.stderr
+        raise SetupError(
+            f"{said}\nThe installed versions do not fit together: a package of the environment was replaced (`make "
+            "clean` makes it anew), a mistake in requirements/, or a package has changed in the index."
+        )
 
 
 def _installed(*names: str) -> Callable[[Places], str]:

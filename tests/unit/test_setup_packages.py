@@ -14,6 +14,7 @@ from pathlib import Path
 
 import pytest
 
+from bootstrap.clashes import clashes, normal, own_packages
 from bootstrap.places import MESSAGE_PACKAGES, PYTHON_PACKAGES, ROOT, venv_places
 from bootstrap.steps import MESSAGES
 
@@ -32,10 +33,6 @@ def pins(name: str) -> dict[str, str]:
     return {normal(match[1]): match[2] for match in matches.values()}
 
 
-def normal(name: str) -> str:
-    return re.sub(r"[-_.]+", "-", name).lower()
-
-
 @pytest.mark.parametrize("name", ["installer", "run", "build", "test", "bench", "learning", "cluster"])
 def test_all_requirements_are_pinned_as_the_lock_says(name):
     lock = pins("constraints")
@@ -47,26 +44,42 @@ def test_requirements_of_other_environments_are_pinned(name):
     assert pins(name)
 
 
+def differing(lock: dict[str, str], installed: dict[str, str]) -> dict[str, str]:
+    """What is installed in another version than the lock names. What it does not name is the user's own business."""
+    return {name: version for name, version in installed.items() if lock.get(name, version) != version}
+
+
 def test_what_is_installed_is_what_the_lock_says():
     if Path(sys.prefix) != venv_places().venv:
         pytest.skip("this Python is not that of the set-up")
-    lock = pins("constraints")
-    wrong = {
+    installed = {
         normal(found.metadata["Name"]): found.version.partition("+")[0]
         for found in importlib.metadata.distributions()
-        # The ROS wheels carry more metadata folders, without INSTALLER; the own packages are of no index.
+        # The ROS wheels carry more metadata folders, without INSTALLER.
         if found.read_text("INSTALLER")
-        and not found.metadata["Name"].startswith("tethernet")
-        and lock.get(normal(found.metadata["Name"])) != found.version.partition("+")[0]
     }
-    assert not wrong
+    assert differing(pins("constraints"), installed) == {}
+    assert set(pins("run")) <= set(installed), "what a mission needs is there"
+
+
+def test_the_lock_is_held_against_what_it_names_and_nothing_else():
+    lock = {"numpy": "2.4.6", "scipy": "1.17.1"}
+    assert differing(lock, {"numpy": "2.4.6", "ros2cli": "0.32.9"}) == {}, "a user may install more"
+    assert differing(lock, {"numpy": "2.4.5", "ros2cli": "0.32.9"}) == {"numpy": "2.4.5"}
 
 
 def test_nothing_clashes():
     checked = subprocess.run(
         [sys.executable, "-m", "pip", "check"], capture_output=True, text=True, check=False, timeout=120
     )
-    assert checked.returncode == 0, checked.stdout
+    assert clashes(checked.stdout, own_packages(REQUIREMENTS.glob("*.txt"))) == []
+    assert checked.returncode in (0, 1), checked.stderr
+
+
+def test_only_clashes_of_own_packages_count():
+    said = "numba 0.68.1 has requirement numpy<2.5, but you have numpy 2.6.\nros2cli 0.32 requires argcomplete"
+    assert clashes(said, {"numba", "numpy"}) == ["numba 0.68.1 has requirement numpy<2.5, but you have numpy 2.6."]
+    assert clashes("No broken requirements found.", {"numba"}) == []
 
 
 @pytest.mark.parametrize("package", PYTHON_PACKAGES)
@@ -86,6 +99,74 @@ def test_colcon_and_pip_are_told_the_same(package):
         path = folder / Path(*module.split(".")).with_suffix(".py")
         assert path.exists(), f"{script}: no {path}"
         assert re.search(rf"^def {function}\(", path.read_text(), re.MULTILINE), script
+
+
+ROSDEP = {
+    "matplotlib": "python3-matplotlib",
+    "numba": "python3-numba",
+    "numpy": "python3-numpy",
+    "rosbags": "python3-rosbags-pip",
+    "scipy": "python3-scipy",
+    "yaml": "python3-yaml",
+}
+"""Keys that rosdep has, by the name of the import."""
+PIP_ONLY = {"lz4", "mcap", "pyarrow", "safetensors", "zstandard"}
+"""For these rosdep has none; package.xml says so in words."""
+EXTRAS = {
+    "learning": {"cma", "gymnasium", "sklearn", "stable_baselines3", "torch"},
+    "cluster": {"ray"},
+}
+"""What a mission never imports."""
+DISTRIBUTION = {"sklearn": "scikit-learn", "stable_baselines3": "stable-baselines3", "yaml": "pyyaml"}
+"""Where pip calls it otherwise."""
+
+
+def imported(package: str) -> set[str]:
+    """What the modules of a package import from outside of it and of the standard library, and which other package's
+    messages they name as PACKAGE/msg/TYPE."""
+    found = set()
+    for path in (SOURCES / package / package).rglob("*.py"):
+        text = path.read_text()
+        for node in ast.walk(ast.parse(text)):
+            if isinstance(node, ast.Import):
+                found |= {alias.name.partition(".")[0] for alias in node.names}
+            elif isinstance(node, ast.ImportFrom) and not node.level:
+                found.add(node.module.partition(".")[0])
+            elif isinstance(node, ast.Constant) and isinstance(node.value, str):
+                found |= set(re.findall(r"^(\w+)/msg/[A-Z]\w+$", node.value))
+    return found - set(sys.stdlib_module_names) - {package}
+
+
+@pytest.mark.parametrize("package", PYTHON_PACKAGES)
+def test_what_is_imported_is_asked_for_and_nothing_else(package):
+    """colcon and rosdep read package.xml, pip reads setup.py."""
+    text = (SOURCES / package / "package.xml").read_text()
+    manifest = ET.fromstring(text)
+    asked = {node.text for node in manifest if node.tag in ("depend", "exec_depend")}
+    calls = ast.walk(ast.parse((SOURCES / package / "setup.py").read_text()))
+    told = {word.arg: word.value for call in calls if isinstance(call, ast.Call) for word in call.keywords}
+    needs, extras = imported(package), set.union(*EXTRAS.values())
+
+    libraries = {name for name in needs if name in ROSDEP}
+    unknown_to_rosdep = needs & PIP_ONLY
+    ros = needs - libraries - PIP_ONLY - extras
+    assert asked == ros | {ROSDEP[name] for name in libraries}
+    said = re.search(r"rosdep has no key for these, pip installs them: ([^.]*)\.", text)
+    assert set(said[1].split(", ") if said else []) == unknown_to_rosdep
+
+    required = set(ast.literal_eval(told["install_requires"]))
+    own = needs & set(PYTHON_PACKAGES)
+    assert required == own | {DISTRIBUTION.get(name, name) for name in libraries | unknown_to_rosdep}
+    offered = ast.literal_eval(told["extras_require"]) if "extras_require" in told else {}
+    for extra, names in EXTRAS.items():
+        assert set(offered.get(extra, [])) == {DISTRIBUTION.get(name, name) for name in needs & names}
+
+
+def test_every_library_that_is_imported_is_known_here():
+    """So that a new one is put into package.xml, setup.py and requirements/ on purpose."""
+    ours = {*ROSDEP, *PIP_ONLY, *set.union(*EXTRAS.values()), *PYTHON_PACKAGES, "tethernet_msgs", "rclpy"}
+    others = set.union(*map(imported, PYTHON_PACKAGES)) - ours
+    assert {name for name in others if not name.endswith(("_msgs", "_srvs", "_interfaces"))} == set()
 
 
 def test_packages_depend_on_each_other_in_one_direction():

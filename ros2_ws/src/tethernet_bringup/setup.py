@@ -16,7 +16,18 @@ setup(
         ("share/" + NAME, ["package.xml"]),
     ],
     python_requires=">=3.11",
-    install_requires=["mcap", "matplotlib", "numpy", "psutil", "pyyaml", "rosbags", "zstandard", "tethernet_planner"],
+    install_requires=[
+        "lz4",
+        "matplotlib",
+        "mcap",
+        "numpy",
+        "pyyaml",
+        "rosbags",
+        "zstandard",
+        "tethernet_planner",
+        "tethernet_sim",
+        "tethernet_control",
+    ],
     zip_safe=False,
     entry_points={
         "console_scripts": [

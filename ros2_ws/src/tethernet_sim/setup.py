@@ -16,7 +16,7 @@ setup(
         ("share/" + NAME, ["package.xml"]),
     ],
     python_requires=">=3.11",
-    install_requires=["numpy", "numba", "scipy", "tethernet_control"],
+    install_requires=["numba", "numpy", "scipy", "tethernet_control"],
     zip_safe=False,
     entry_points={
         "console_scripts": [
