@@ -4,6 +4,7 @@ import math
 import random
 
 import pytest
+from geometry_msgs.msg import Quaternion, Vector3
 from nav_msgs.msg import Odometry
 from rclpy.serialization import serialize_message
 
@@ -15,7 +16,6 @@ from tethernet_control.ros.conversions import (
     mission_message,
     nanoseconds,
     odometry_values,
-    rotate,
     time_message,
 )
 from tethernet_control.ros.serialized_odometry import serialized_odometry_values
@@ -70,13 +70,16 @@ def test_numbers_that_are_not_finite_pass_to_whoever_counts_them():
     assert math.isnan(serialized_odometry_values(serialize_message(message))[1][1])
 
 
-def test_rotation_keeps_length_and_normalises():
-    half = math.sqrt(0.5)
-    assert rotate((0.0, 0.0, half, half), (1.0, 0.0, 0.0)) == pytest.approx((0.0, 1.0, 0.0))
-    assert rotate((0.0, half * 1.0005, 0.0, half * 1.0005), (1.0, 0.0, 0.0)) == pytest.approx((0.0, 0.0, -1.0))
-    for bad in ((0.0, 0.0, 0.0, 1.1), (math.nan, 0.0, 0.0, 1.0)):
+def test_velocity_is_turned_by_a_normalised_attitude_and_a_wrong_one_refused():
+    half = math.sqrt(0.5) * 1.0005
+    message = odometry(random.Random(4))
+    message.twist.twist.linear = Vector3(x=1.0)
+    message.pose.pose.orientation = Quaternion(z=half, w=half)
+    assert odometry_values(message)[2] == pytest.approx((0.0, 1.0, 0.0))
+    for bad in (Quaternion(w=1.1), Quaternion(x=math.nan, w=0.9)):
+        message.pose.pose.orientation = bad
         with pytest.raises(MessageError, match="allowed: 1 within"):
-            rotate(bad, (1.0, 0.0, 0.0))
+            odometry_values(message)
 
 
 def test_missions_survive_the_way_through_a_message():

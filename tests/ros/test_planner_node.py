@@ -11,7 +11,7 @@ from std_msgs.msg import Header
 from std_srvs.srv import Trigger
 
 from tests import tiny_models
-from tethernet_control.controller_node import FALLBACK
+from tethernet_control.layout import FALLBACK
 from tethernet_control.mission import Phase
 from tethernet_control.ros import topics
 from tethernet_control.ros.conversions import nanoseconds, set_stamp

@@ -1,5 +1,6 @@
 import json
 import math
+import os
 from types import SimpleNamespace
 
 import pytest
@@ -136,7 +137,7 @@ def test_the_file_is_written_whole_or_not_at_all(tmp_path, monkeypatch):
     with pytest.raises(ValueError, match="JSON"):
         outcome.write(tmp_path, {"captured": math.nan})
     assert json.loads((tmp_path / "outcome.json").read_text()) == {"captured": True}
-    monkeypatch.setattr(outcome.os, "fsync", lambda _: (_ for _ in ()).throw(OSError(28, "No space left on device")))
+    monkeypatch.setattr(os, "fsync", lambda _: (_ for _ in ()).throw(OSError(28, "No space left on device")))
     with pytest.raises(OSError, match="No space"):
         outcome.write(tmp_path, {"captured": False})
     assert [path.name for path in tmp_path.iterdir()] == ["outcome.json"]

@@ -20,6 +20,8 @@ import tempfile
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
+from tethernet_control.atomic_file import write_text
+
 from .bag_errors import BagWriteError, cause
 from .bag_metadata import BagTopic, metadata_yaml, serialized_metadata
 from .mcap_writer import McapWriter
@@ -146,15 +148,10 @@ class BagWriter:
         return {"file_name": self.path.name, "start_ns": start, "end_ns": end, "custom_data": self._run_info}
 
     def _write_metadata(self) -> None:
-        target, draft = self.folder / METADATA_FILE, self.folder / (METADATA_FILE + ".tmp")
+        target = self.folder / METADATA_FILE
         try:
-            draft.write_text(metadata_yaml(*self._facts(), **self._named_facts()), encoding="utf-8")
-            draft.replace(target)  # a reader, or a kill, finds the old or the new one, never half of it
+            write_text(target, metadata_yaml(*self._facts(), **self._named_facts()), durable=False)
         except OSError as error:
-            try:
-                draft.unlink(missing_ok=True)
-            except OSError:
-                pass
             raise BagWriteError(f"cannot write {target}: {cause(error)}") from error
 
     def _make_folder(self) -> None:

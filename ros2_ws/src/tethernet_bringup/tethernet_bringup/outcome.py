@@ -8,13 +8,13 @@ from __future__ import annotations
 import enum
 import json
 import math
-import os
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from tethernet_control.layout import design
+from tethernet_control.atomic_file import write_text
+from tethernet_control.layout import FALLBACK, design
 from tethernet_control.mission import Phase, seconds_between
 
 FILE_NAME = "outcome.json"
@@ -205,17 +205,7 @@ def write(folder: Path, content: dict[str, Any]) -> Path:
         OSError: when the folder cannot be written to.
     """
     path = folder / FILE_NAME
-    partial = folder / (FILE_NAME + ".part")
-    try:
-        with partial.open("w", encoding="utf-8") as file:
-            json.dump(content, file, indent=2, allow_nan=False)
-            file.write("\n")
-            file.flush()
-            os.fsync(file.fileno())
-        partial.replace(path)
-    except OSError:
-        partial.unlink(missing_ok=True)
-        raise
+    write_text(path, json.dumps(content, indent=2, allow_nan=False) + "\n")
     return path
 
 
@@ -250,7 +240,7 @@ def _rows(record: FlightRecord, content: dict[str, Any]) -> Iterable[tuple[str, 
     if expected is not None:
         likely = f"captured with {100.0 * expected['capture_probability']:.0f} %"
         yield "predicted", f"{expected['locked_pairs']:.1f} pairs, CQI {expected['cqi']:.2f}, {likely}"
-    fallen_back = [mu for mu, source in enumerate(content["aiming_sources"], 1) if "fallback" in (source or "")]
+    fallen_back = [mu for mu, source in enumerate(content["aiming_sources"], 1) if source == FALLBACK]
     if fallen_back:
         yield "nominal points", "in the place of the policy's: " + ", ".join(f"MU {mu}" for mu in fallen_back)
     yield "trigger", _seconds(content["trigger_time_s"], "after launch")

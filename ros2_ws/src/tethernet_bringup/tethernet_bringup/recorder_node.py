@@ -40,6 +40,7 @@ from rclpy.signals import SignalHandlerOptions
 from rclpy.subscription import Subscription
 from rclpy.utilities import remove_ros_args
 
+from tethernet_control.atomic_file import write_text
 from tethernet_control.parameters import ParameterError
 from tethernet_control.ros import qos, topics
 from tethernet_control.ros.executor import FAULT, STOPPED, USAGE, bound_the_end
@@ -234,10 +235,8 @@ class Recorder(Node):
             "bytes": self._bag.size,
         }
         path = self._bag.folder.parent / REPORT_FILE
-        draft = path.with_suffix(".tmp")
         try:
-            draft.write_text(json.dumps(report, indent=2) + "\n", encoding="utf-8")
-            draft.replace(path)
+            write_text(path, json.dumps(report, indent=2) + "\n", durable=False)
         except OSError as error:
             raise BagWriteError(f"cannot write {path}: {cause(error)}") from error
 

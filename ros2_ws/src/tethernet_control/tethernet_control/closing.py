@@ -17,6 +17,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from . import rotation
 from .layout import CORNER_THREAD_M, KNOT_ROWS, SIDE_THREAD_M, design
 from .mouth import spanned
 from .settings import MissionParameters
@@ -69,14 +70,7 @@ def sight(
         debris_angular: angular rate in the body frame [rad/s], likewise.
         lost: MUs that cannot be counted on.
     """
-    x, y, z, w = (float(value) for value in debris_attitude)
-    matrix = np.array(
-        [
-            [1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y - w * z), 2.0 * (x * z + w * y)],
-            [2.0 * (x * y + w * z), 1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z - w * x)],
-            [2.0 * (x * z - w * y), 2.0 * (y * z + w * x), 1.0 - 2.0 * (x * x + y * y)],
-        ]
-    )
+    matrix = rotation.matrix(debris_attitude)
     return Sight(
         np.asarray(mu_positions, float),
         np.asarray(mu_velocities, float),

@@ -27,7 +27,7 @@ from tethernet_msgs.msg import MissionState, MuStatus
 from tethernet_msgs.srv import PlanAimingPoints
 
 from .controller import ZERO, MuController
-from .layout import nominal_aiming_points
+from .layout import FALLBACK, nominal_aiming_points
 from .mission import Phase
 from .parameters import parameter
 from .ros import executor, topics
@@ -42,9 +42,6 @@ from .ros.parameters import NODE_OPTIONS, declare
 from .ros.qos import CONTROL, STATE
 from .ros.serialized_odometry import serialized_odometry_values
 from .settings import ControlParameters
-
-FALLBACK = "nominal (fallback)"
-"""What the status gives as the aiming point's source when the planner did not answer."""
 
 
 @dataclass(frozen=True)

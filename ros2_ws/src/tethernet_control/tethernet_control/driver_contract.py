@@ -8,11 +8,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
+from .rotation import NORM_TOLERANCE
 from .settings import ControlParameters
 
 _RATE_TOLERANCE = 0.1  # [-] of the rate
 _REACTION_TOLERANCE = 0.25  # [-] of the change of velocity
-_NORM_TOLERANCE = 1e-3  # [-] of a quaternion
 _AVERAGED = 10
 """Samples averaged for one velocity, so that sensor noise does not decide."""
 
@@ -90,7 +90,7 @@ def check_samples(mu: int, samples: Sequence[Sample], frame: str, control: Contr
         Finding(f"header.frame_id is {frame!r}", frames == {frame}, ", ".join(map(repr, sorted(frames)))),
         Finding(f"child_frame_id is 'mu{mu}'", children == {f"mu{mu}"}, ", ".join(map(repr, sorted(children)))),
         Finding("all numbers finite", not broken, f"{len(broken)} of {len(samples)} messages are not"),
-        Finding("attitude is a unit quaternion", _near(worst_norm, 1.0, _NORM_TOLERANCE), f"norm {worst_norm:.6g}"),
+        Finding("attitude is a unit quaternion", _near(worst_norm, 1.0, NORM_TOLERANCE), f"norm {worst_norm:.6g}"),
         Finding(
             "variances of position and velocity filled",
             all(math.isfinite(v) and v > 0.0 for v in variances),

@@ -77,6 +77,10 @@ def design(mu_count: int) -> MuDesign:
         ) from None
 
 
+FALLBACK = "nominal (fallback)"
+"""Source of nominal aiming points that stand in for those of a policy which could not be had."""
+
+
 def nominal_aiming_points(mu_count: int, debris_position) -> list[tuple[float, float, float]]:
     """Nominal aiming points of all MUs.
 

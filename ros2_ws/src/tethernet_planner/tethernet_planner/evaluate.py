@@ -14,6 +14,7 @@ from collections.abc import Sequence
 from dataclasses import asdict
 from pathlib import Path
 
+from tethernet_control.atomic_file import write_text
 from tethernet_sim.fly import Settings
 from tethernet_sim.scenario import Outcome
 
@@ -23,7 +24,6 @@ from .campaign.flight import fly_chunks
 from .campaign.progress import Progress
 from .campaign.sources import random_positions
 from .campaign.statistics import Estimate, summarise
-from .campaign.tables import write_whole
 
 
 def records(cases: Sequence[Case], outcomes: Sequence[Outcome]) -> dict:
@@ -100,7 +100,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     head = {name: getattr(options, name) for name in ("mus", "policy", "control", "seed")}
     if options.output:
         text = json.dumps(plain({**head, **result}), indent=2, allow_nan=False) + "\n"
-        write_whole(options.output, lambda partial: partial.write_text(text, encoding="utf-8"))
+        write_text(options.output, text)
     _print(head, result)
     return 0
 

@@ -19,7 +19,7 @@ from std_msgs.msg import Header
 from std_srvs.srv import Trigger
 
 from tethernet_control.controller import Mode
-from tethernet_control.layout import design
+from tethernet_control.layout import FALLBACK, design
 from tethernet_control.mission import Mission, Phase, check_debris_position
 from tethernet_control.parameters import ParameterError
 from tethernet_control.ros import diagnostics, executor, topics
@@ -291,7 +291,7 @@ class PlannerNode(Node):
             level, text = diagnostics.ERROR, "does not answer"
         elif mode == Mode.NO_ODOMETRY:
             level, text = diagnostics.ERROR, "no odometry: zero thrust"
-        elif status.rejected_odometry or "fallback" in status.aiming_source:
+        elif status.rejected_odometry or status.aiming_source == FALLBACK:
             level = diagnostics.WARN
         return diagnostics.entry(
             name, level, text,

@@ -8,7 +8,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
-from tethernet_control.layout import design, nominal_aiming_points
+from tethernet_control.layout import FALLBACK, design, nominal_aiming_points
 from tethernet_control.parameters import defaults
 
 from . import shipped_models
@@ -28,9 +28,6 @@ RL = "rl"
 
 HELP = "nominal, rl (the trained one that is shipped), or the path of a policy.safetensors; default %(default)s"
 """For command lines."""
-
-FALLBACK = "nominal (fallback)"
-"""What nominal points are called that stand in for those of another policy; controllers call their own so too."""
 
 
 class PolicyError(ValueError):

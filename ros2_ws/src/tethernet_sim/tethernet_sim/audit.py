@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
+from tethernet_control.rotation import inverse, rotate
+
 from .model import KNOTS, Model
-from .state import ATTITUDE, CHASER, DEBRIS, MOMENTUM, POSITION, VELOCITY, State, rotate
+from .state import ATTITUDE, CHASER, DEBRIS, MOMENTUM, POSITION, VELOCITY, State
 
 
 def particle_masses(model: Model) -> np.ndarray:
@@ -59,8 +61,7 @@ def kinetic_energy(model: Model, state: State) -> np.ndarray:
     for body, mass, across, along in bodies:
         row = state.bodies[:, body]
         total = total + 0.5 * mass * np.sum(row[:, VELOCITY] ** 2, axis=1)
-        inverse = row[:, ATTITUDE] * np.array([-1.0, -1.0, -1.0, 1.0])
-        momentum = rotate(inverse, row[:, MOMENTUM])
+        momentum = rotate(inverse(row[:, ATTITUDE]), row[:, MOMENTUM])
         total = total + 0.5 * np.sum(momentum**2 / np.array([across, across, along]), axis=1)
     return total
 
@@ -83,8 +84,7 @@ def elastic_energy(model: Model, state: State) -> np.ndarray:
             held = np.maximum(gaps - state.pair_length[b], 0.0)
             total[b] += 0.5 * model.numbers.joint_stiffness * np.sum(held[state.locked[b]] ** 2)
         debris = state.bodies[b, DEBRIS]
-        inverse = debris[ATTITUDE] * np.array([-1.0, -1.0, -1.0, 1.0])
-        local = rotate(inverse[None], position[b] - debris[POSITION])
+        local = rotate(inverse(debris[ATTITUDE])[None], position[b] - debris[POSITION])
         near = np.flatnonzero(
             np.linalg.norm(local, axis=1) < model.numbers.debris_radius + model.numbers.debris_half_length + 1.0
         )

@@ -7,6 +7,7 @@ from dataclasses import dataclass, fields
 import numpy as np
 
 from tethernet_control.layout import KNOT_ROWS
+from tethernet_control.rotation import rotate
 
 from .model import KNOTS, Model
 from .settings import PhysicsParameters
@@ -98,15 +99,3 @@ def initial_state(
         locked=np.zeros((batch, pairs), bool),
         contacts=np.zeros(batch, np.int64),
     )
-
-
-def rotate(attitude: np.ndarray, vector: np.ndarray) -> np.ndarray:
-    """Vectors in the launch frame from vectors in the body frame.
-
-    Args:
-        attitude: unit quaternions x y z w, shape (..., 4).
-        vector: shape (..., 3).
-    """
-    axis, scalar = attitude[..., :3], attitude[..., 3:]
-    turned = 2.0 * np.cross(axis, vector)
-    return vector + scalar * turned + np.cross(axis, turned)

@@ -6,13 +6,14 @@ import math
 
 import numpy as np
 
+from tethernet_control.rotation import inverse, matrix, rotate
 from tethernet_control.settings import ControlParameters, MissionParameters
 
 from . import cores
 from .kernels import step
 from .model import CENTRAL_KNOT, Model, build_model
 from .settings import PhysicsParameters
-from .state import ATTITUDE, CHASER, DEBRIS, MOMENTUM, POSITION, VELOCITY, State, initial_state, rotate
+from .state import ATTITUDE, CHASER, DEBRIS, MOMENTUM, POSITION, VELOCITY, State, initial_state
 
 
 class World:
@@ -131,8 +132,8 @@ class World:
         launch), velocity [m/s] and angular rate [rad/s] in its own frame, as nav_msgs defines it.
         """
         row = self.state.bodies[index, body]
-        inverse = row[ATTITUDE] * np.array([-1.0, -1.0, -1.0, 1.0])
-        velocity, momentum = rotate(inverse, row[VELOCITY]), rotate(inverse, row[MOMENTUM])
+        to_body = inverse(row[ATTITUDE])
+        velocity, momentum = rotate(to_body, row[VELOCITY]), rotate(to_body, row[MOMENTUM])
         return (
             row[POSITION].tolist(), row[ATTITUDE].tolist(), velocity.tolist(),
             (momentum / self._inertia[body]).tolist(),
@@ -152,11 +153,7 @@ class World:
 
     def tether_anchor(self, index: int) -> tuple[float, float, float]:
         """The launch point on the chaser [m], frame launch."""
-        px, py, pz = self.state.bodies[index, CHASER, POSITION].tolist()
-        x, y, z, w = self.state.bodies[index, CHASER, ATTITUDE].tolist()
-        along = self.model.numbers.tether_anchor  # the anchor lies on the body's z axis
-        return (
-            px + along * 2.0 * (x * z + w * y),
-            py + along * 2.0 * (y * z - w * x),
-            pz + along * (1.0 - 2.0 * (x * x + y * y)),
-        )
+        chaser = self.state.bodies[index, CHASER]
+        axis = matrix(chaser[ATTITUDE])[:, 2]  # the anchor lies on the body's z axis
+        x, y, z = (chaser[POSITION] + self.model.numbers.tether_anchor * axis).tolist()
+        return (x, y, z)

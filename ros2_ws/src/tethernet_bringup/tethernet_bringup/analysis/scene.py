@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from tethernet_control.layout import DESIGNS
+from tethernet_control.rotation import matrix
 
 from .snapshots import Snapshot
 
@@ -133,14 +134,7 @@ def rotation(quaternion: np.ndarray) -> np.ndarray:
     norm = np.linalg.norm(quaternion)
     if not np.isfinite(norm) or norm < 1e-9:
         return np.eye(3)
-    x, y, z, w = np.asarray(quaternion) / norm
-    return np.array(
-        [
-            [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
-            [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
-            [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
-        ]
-    )
+    return matrix(np.asarray(quaternion) / norm)
 
 
 def _shade(color: np.ndarray, normal: np.ndarray) -> np.ndarray:

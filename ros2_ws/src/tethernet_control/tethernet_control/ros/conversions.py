@@ -8,13 +8,13 @@ from builtin_interfaces.msg import Time
 from geometry_msgs.msg import Point
 from nav_msgs.msg import Odometry
 
+from tethernet_control import rotation
 from tethernet_control.mission import Mission, Phase
 from tethernet_msgs.msg import MissionState
 
 from .topics import FRAME
 
 _SECOND_NS = 1_000_000_000
-_NORM_TOLERANCE = 1e-3  # [-] a quaternion further from norm 1 is no attitude
 
 Vector = tuple[float, float, float]
 
@@ -87,36 +87,11 @@ def checked_odometry(
     if frame != FRAME:
         raise MessageError(f"odometry in frame {frame!r}; allowed: {FRAME!r}")
     if attitude[3] != 1.0:  # the usual case costs one comparison and keeps the bits
-        velocity = rotate(attitude, velocity)
+        try:
+            velocity = rotation.turned(rotation.unit(attitude), velocity)
+        except ValueError as error:
+            raise MessageError(str(error)) from error
     return stamp_ns, position, velocity
-
-
-def rotate(
-    attitude: tuple[float, float, float, float], vector: tuple[float, float, float]
-) -> tuple[float, float, float]:
-    """Turn a vector from the child's frame into the parent's.
-
-    Args:
-        attitude: quaternion x y z w, child to parent; normalised here when nearly so.
-        vector: in the child's frame.
-
-    Raises:
-        MessageError: when the quaternion's norm is not 1 within 1e-3 (all zeros is a message nobody has filled).
-    """
-    x, y, z, w = attitude
-    norm = math.sqrt(x * x + y * y + z * z + w * w)
-    if not abs(norm - 1.0) <= _NORM_TOLERANCE:  # also catches NaN
-        raise MessageError(
-            f"attitude quaternion ({x:g}, {y:g}, {z:g}, {w:g}) has norm {norm:g}; allowed: 1 within {_NORM_TOLERANCE:g}"
-        )
-    x, y, z, w = x / norm, y / norm, z / norm, w / norm
-    vx, vy, vz = vector
-    tx, ty, tz = 2.0 * (y * vz - z * vy), 2.0 * (z * vx - x * vz), 2.0 * (x * vy - y * vx)
-    return (
-        vx + w * tx + y * tz - z * ty,
-        vy + w * ty + z * tx - x * tz,
-        vz + w * tz + x * ty - y * tx,
-    )
 
 
 def finite(*values: float) -> bool:

@@ -6,7 +6,7 @@ import dataclasses
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from tethernet_control.layout import nominal_aiming_points
+from tethernet_control.layout import FALLBACK, nominal_aiming_points
 from tethernet_sim.scenario import Outcome, Scenario
 
 from .. import policies
@@ -58,7 +58,7 @@ def _aimed(case: Case, policy: str) -> Case:
     scenario = case.scenario
     try:
         plan = policies.plan(policy, scenario.mus, scenario.debris_position)
-        if plan.policy == policies.FALLBACK:
+        if plan.policy == FALLBACK:
             return dataclasses.replace(case, policy=plan.policy)
         nominal = nominal_aiming_points(scenario.mus, scenario.debris_position)
         offsets = tuple((p[0] - n[0], p[1] - n[1]) for p, n in zip(plan.points, nominal, strict=True))

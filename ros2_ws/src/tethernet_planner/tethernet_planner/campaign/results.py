@@ -13,6 +13,8 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from tethernet_control import atomic_file
+
 from . import tables
 from .cases import outcome_columns
 from .columns import Row
@@ -109,7 +111,7 @@ class Results:
                     f"campaign's; {self._advice}"
                 )
         text = json.dumps(description, indent=2) + "\n"
-        tables.write_whole(self._description_path, lambda partial: partial.write_text(text, encoding="utf-8"))
+        atomic_file.write_text(self._description_path, text)
 
     def _open(self) -> None:
         self._file = self._part_path.open("a+b")

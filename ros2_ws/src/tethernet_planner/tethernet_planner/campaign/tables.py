@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import csv
-import os
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
+
+from tethernet_control.atomic_file import write_whole
 
 from .columns import Row, Value, in_words
 from .errors import CampaignError
@@ -88,26 +89,6 @@ def header(path: Path) -> list[str]:
         CampaignError: when it cannot be read.
     """
     return _read(path)[0]
-
-
-def write_whole(path: Path, write_to: Callable[[Path], None]) -> None:
-    """Let something write a file beside its place, then move it there: nobody ever sees half of it.
-
-    Args:
-        path: the file.
-        write_to: writes a file of the path that it is given.
-
-    Raises:
-        OSError: when it cannot be written.
-    """
-    partial = path.with_name(path.name + ".new")
-    try:
-        write_to(partial)
-        with partial.open("rb") as file:
-            os.fsync(file.fileno())
-        partial.replace(path)
-    finally:
-        partial.unlink(missing_ok=True)
 
 
 def _read(path: Path) -> tuple[list[str], list[list[Value]]]:

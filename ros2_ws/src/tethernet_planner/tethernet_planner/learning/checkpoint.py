@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from . import run_folder
+from tethernet_control import atomic_file
 
 _KEPT = 2
 _MODEL, _RANDOM = "model.zip", "random.json"
@@ -32,7 +32,7 @@ def save(folder: Path, model) -> None:
         "torch": torch.get_rng_state().tolist(),
         "numpy": [kind, keys.tolist(), position, has_gauss, gauss],
     }
-    run_folder.write_text(partial / _RANDOM, json.dumps(state))
+    atomic_file.write_text(partial / _RANDOM, json.dumps(state))
     whole = folder / f"{model.num_timesteps:08d}"
     shutil.rmtree(whole, ignore_errors=True)
     partial.rename(whole)

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
+from tethernet_control.atomic_file import write_whole
 from tethernet_sim.scenario import Outcome, Scenario
 
 from .flown import CQI_LIMIT
@@ -106,9 +107,7 @@ def write(path: Path, table) -> None:
     """Write a table to a file at once or not at all."""
     import pyarrow.parquet as pq
 
-    partial = path.with_suffix(".partial")
-    pq.write_table(table, partial, compression="zstd")
-    partial.replace(path)
+    write_whole(path, lambda partial: pq.write_table(table, partial, compression="zstd"))
 
 
 def description(mus: int, about: dict) -> str:

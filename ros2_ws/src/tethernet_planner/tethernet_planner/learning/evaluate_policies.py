@@ -9,6 +9,7 @@ import time
 from collections.abc import Sequence
 from pathlib import Path
 
+from tethernet_control import atomic_file
 from tethernet_sim import cores
 from tethernet_sim.fly import CHUNK, Settings
 from tethernet_sim.scenario import Outcome
@@ -18,7 +19,7 @@ from ..campaign import pictures, tables
 from ..campaign.cases import outcome_columns, row
 from ..campaign.progress import Progress
 from ..evaluate import plain
-from . import evaluation_report, model_file, run_folder
+from . import evaluation_report, model_file
 from .evaluation import Evaluated, as_json, contenders, evaluate
 from .model_file import ModelFileError
 from .seeds import Purpose
@@ -95,10 +96,10 @@ def _run(options: argparse.Namespace, chosen: dict[int, list[str]]) -> int:
 
 def _write(folder: Path, facts: dict, evaluated: Sequence[Evaluated]) -> None:
     content = plain({**facts, "designs": as_json(evaluated)})
-    run_folder.write_text(folder / RESULT, json.dumps(content, indent=2, allow_nan=False) + "\n")
+    atomic_file.write_text(folder / RESULT, json.dumps(content, indent=2, allow_nan=False) + "\n")
     head = "\n".join(f"- {name}: {value}" for name, value in facts.items())
     text = f"# Policies on unseen scenarios\n\n{head}\n\n{evaluation_report.table(evaluated)}\n![Fuel]({PLOT})\n"
-    run_folder.write_text(folder / REPORT, text)
+    atomic_file.write_text(folder / REPORT, text)
     pictures.save(evaluation_report.figure(evaluated), folder / PLOT)
     flown = [pair for e in evaluated for name in e.cases for pair in zip(e.cases[name], e.outcomes[name], strict=True)]
     tables.write(folder / ROWS, outcome_columns(), [row(i, *pair) for i, pair in enumerate(flown)])

@@ -6,6 +6,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+from tethernet_control.layout import FALLBACK
+
 from .. import policies, shipped_models
 from ..campaign import pictures
 from ..campaign.statistics import Estimate, summarise
@@ -47,7 +49,7 @@ def _design(e: Evaluated) -> list[str]:
 
 def _column(e: Evaluated, name: str, against: Comparison | None) -> dict[str, str]:
     summary = summarise(e.outcomes[name])
-    fallen_back = sum(case.policy == policies.FALLBACK for case in e.cases[name])
+    fallen_back = sum(case.policy == FALLBACK for case in e.cases[name])
     column = {
         "captured, %": _text(summary.success, 100.0, 1),
         "fuel per MU, g": _text(summary.fuel_kg, _G, 2),

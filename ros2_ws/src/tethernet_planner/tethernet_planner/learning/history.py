@@ -9,7 +9,8 @@ from pathlib import Path
 
 import numpy as np
 
-from . import run_folder
+from tethernet_control import atomic_file
+
 from .reward import TERMS
 
 FILE = "history.csv"
@@ -29,7 +30,7 @@ def write(path: Path, lines: Sequence[Sequence[float]]) -> None:
     """Write the whole history."""
     text = io.StringIO()
     csv.writer(text, lineterminator="\n").writerows([COLUMNS, *lines])
-    run_folder.write_text(path, text.getvalue())
+    atomic_file.write_text(path, text.getvalue())
 
 
 def read(path: Path) -> list[list[float]]:

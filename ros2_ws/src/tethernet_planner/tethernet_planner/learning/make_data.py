@@ -13,6 +13,7 @@ import time
 from collections.abc import Sequence
 from pathlib import Path
 
+from tethernet_control import atomic_file
 from tethernet_sim.fly import Settings
 from tethernet_sim.scenario import Scenario
 
@@ -177,7 +178,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         )
         if share < LEAST_FAILURES:
             print(f"warning: fewer than {100 * LEAST_FAILURES:.0f} % failures in {split}", file=sys.stderr)
-    run_folder.write_text(options.output / "README.md", data_set.description(options.mus, {**about, **counts}))
+    atomic_file.write_text(options.output / "README.md", data_set.description(options.mus, {**about, **counts}))
     return 0
 
 

@@ -15,9 +15,10 @@ from pathlib import Path
 
 import numpy as np
 
+from tethernet_control import atomic_file
 from tethernet_sim.fly import Settings, fly_many
 
-from . import flown, model_file, reward, run_folder, task
+from . import flown, model_file, reward, task
 from .progress import Progress
 from .seeds import Purpose
 
@@ -55,7 +56,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     settings = Settings.load()
     measured = {str(mus): measure(mus, options.missions, options.seed, settings) for mus in (4, 8)}
     text = json.dumps(measured, indent=2)
-    run_folder.write_text(options.output, text + "\n")
+    atomic_file.write_text(options.output, text + "\n")
     print(text)
     return 0
 

@@ -11,6 +11,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from tethernet_control.atomic_file import write_whole
+
 if TYPE_CHECKING:  # numba behind it takes half a second, and who only reads a model needs none of it
     from tethernet_sim.fly import Settings
 
@@ -40,9 +42,8 @@ def write(path: Path, kind: str, arrays: dict[str, np.ndarray], about: dict) -> 
         name: np.ascontiguousarray(array, array.dtype if array.dtype.kind in "iu" else np.float32)
         for name, array in arrays.items()
     }
-    partial = path.with_suffix(".partial")
-    partial.write_bytes(save(plain, metadata={_KEY: json.dumps(head, sort_keys=True)}))
-    partial.replace(path)
+    data = save(plain, metadata={_KEY: json.dumps(head, sort_keys=True)})
+    write_whole(path, lambda partial: partial.write_bytes(data))
 
 
 def read(path: Path, kind: str) -> tuple[dict[str, np.ndarray], dict]:

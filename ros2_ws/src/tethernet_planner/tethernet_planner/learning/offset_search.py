@@ -9,6 +9,8 @@ from pathlib import Path
 
 import numpy as np
 
+from tethernet_control import atomic_file
+
 from . import episodes, run_folder, task
 from .episode_settings import EpisodeSettings
 from .policy_file import AimingPolicy, constant_policy
@@ -97,7 +99,7 @@ def search(
             rewards = _judge(candidates, number, settings, source, reward)
             shown = {"candidates": np.array(candidates).tolist(), "rewards": rewards.tolist()}
             generations.append({**shown, "mean_m": (task.OFFSET_LIMIT_M * strategy.mean).tolist()})
-            run_folder.write_text(record, json.dumps(generations))
+            atomic_file.write_text(record, json.dumps(generations))
             flown = (number + 1) * settings.scenarios * settings.candidates
             tell(flown, f"mean reward {rewards.mean():.3f}, best {rewards.max():.3f}")
         strategy.tell(candidates, [-value for value in generations[number]["rewards"]])

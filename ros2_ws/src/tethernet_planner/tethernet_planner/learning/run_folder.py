@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import json
-import os
 from pathlib import Path
+
+from tethernet_control.atomic_file import write_text
 
 SETTINGS = "settings.json"
 
@@ -53,16 +54,6 @@ def _differences(found, wanted, name: str = "") -> list[str]:
         nested = (_differences(found.get(k), wanted.get(k), f"{name}.{k}" if name else k) for k in keys)
         return [difference for some in nested for difference in some]
     return [] if found == wanted else [f"{name}: there {found}, asked for {wanted}"]
-
-
-def write_text(path: Path, text: str) -> None:
-    """Write a file at once or not at all, and for good."""
-    partial = path.with_name(path.name + ".partial")
-    with open(partial, "w", encoding="utf-8") as file:
-        file.write(text)
-        file.flush()
-        os.fsync(file.fileno())
-    partial.replace(path)
 
 
 def tell(result: dict, file: Path | None) -> None:

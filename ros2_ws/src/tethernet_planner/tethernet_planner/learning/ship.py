@@ -9,8 +9,9 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
+from tethernet_control import atomic_file
+
 from .. import shipped_models
-from . import run_folder
 from .model_card import card
 from .model_file import ModelFileError
 from .policy_file import AimingPolicy
@@ -44,7 +45,7 @@ def ship(file: Path, evaluation: dict | None = None) -> Path:
     text = card(file, kind, model.about, evaluation, history).replace(f"# {file.stem}\n", f"# {target.stem}\n", 1)
     if history:
         shutil.copyfile(beside, picture)
-    run_folder.write_text(target.with_suffix(".md"), text)
+    atomic_file.write_text(target.with_suffix(".md"), text)
     shutil.copyfile(file, target)
     return target
 

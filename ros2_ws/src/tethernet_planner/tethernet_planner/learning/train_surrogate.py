@@ -14,6 +14,8 @@ import time
 from collections.abc import Sequence
 from pathlib import Path
 
+from tethernet_control import atomic_file
+
 from . import data_set, model_file, run_folder, train_networks, train_trees
 from .progress import Progress
 from .surrogate_file import Surrogate
@@ -164,10 +166,10 @@ def main(argv: Sequence[str] | None = None) -> int:
     best = min(results, key=lambda name: results[name]["validation_brier"])
     shutil.copyfile(options.output / f"{best}.safetensors", options.output / BEST)
     text = table(results, best, about)
-    run_folder.write_text(
+    atomic_file.write_text(
         options.output / "report.json", json.dumps({**about, "best": best, "models": results}, indent=2)
     )
-    run_folder.write_text(options.output / "report.md", text)
+    atomic_file.write_text(options.output / "report.md", text)
     plot(options.output / "calibration.png", results)
     print(text)
     return 0

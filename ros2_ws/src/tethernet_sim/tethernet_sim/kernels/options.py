@@ -23,7 +23,7 @@ def _sources() -> list[Path]:
     return [
         *sorted(kernels.glob("*.py")),
         kernels.parent / "model.py",
-        *(control / n for n in ("law.py", "estimator.py")),
+        *(control / n for n in ("law.py", "estimator.py", "rotation.py")),
     ]
 
 

@@ -4,22 +4,20 @@ from __future__ import annotations
 
 import math
 
+from tethernet_control.rotation import entries
+
 from .options import leaf
+
+_entries = leaf(entries)
 
 
 @leaf
 def rotation_matrix(body, matrix):
     """Write the body-to-launch rotation of ``body`` (13,) to ``matrix`` (3, 3)."""
-    x, y, z, w = body[6], body[7], body[8], body[9]
-    matrix[0, 0] = 1.0 - 2.0 * (y * y + z * z)
-    matrix[0, 1] = 2.0 * (x * y - w * z)
-    matrix[0, 2] = 2.0 * (x * z + w * y)
-    matrix[1, 0] = 2.0 * (x * y + w * z)
-    matrix[1, 1] = 1.0 - 2.0 * (x * x + z * z)
-    matrix[1, 2] = 2.0 * (y * z - w * x)
-    matrix[2, 0] = 2.0 * (x * z - w * y)
-    matrix[2, 1] = 2.0 * (y * z + w * x)
-    matrix[2, 2] = 1.0 - 2.0 * (x * x + y * y)
+    m00, m01, m02, m10, m11, m12, m20, m21, m22 = _entries(body[6], body[7], body[8], body[9])
+    matrix[0, 0], matrix[0, 1], matrix[0, 2] = m00, m01, m02
+    matrix[1, 0], matrix[1, 1], matrix[1, 2] = m10, m11, m12
+    matrix[2, 0], matrix[2, 1], matrix[2, 2] = m20, m21, m22
 
 
 @leaf
