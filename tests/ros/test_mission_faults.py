@@ -6,12 +6,17 @@ import sys
 from pathlib import Path
 
 import pytest
+from geometry_msgs.msg import WrenchStamped
+from nav_msgs.msg import Odometry
 
 from tests.ros.mission_command import FLYING, MissionCommand, read_bag
 from tethernet_bringup import shared_memory
 from tethernet_bringup.salvage import salvage
 from tethernet_control import closing
+from tethernet_control.ros import topics
 from tethernet_control.ros.conversions import mission_from
+from tethernet_control.ros.qos import CONTROL, STATE
+from tethernet_msgs.msg import MissionState
 
 pytestmark = pytest.mark.ros
 LOCKSTEP = ("--pace", "lockstep")
@@ -95,15 +100,49 @@ def test_a_full_disk_ends_the_mission_and_keeps_what_was_recorded(tmp_path, doma
         assert len(read_bag(tmp_path, "salvaged")["/mu3/thrust"]) > 10
 
 
-def test_a_second_mission_in_the_same_domain_is_refused(tmp_path, domain_id):
+def test_a_second_mission_in_the_same_domain_is_refused_before_it_starts_a_node(tmp_path, domain_id):
     with MissionCommand(tmp_path / "first", domain_id, "--external-mu", "3", "--external-timeout", "80") as first:
         first.wait_for(r"mu_driver\.py --mu 3")
         with MissionCommand(tmp_path / "second", domain_id, *LOCKSTEP, *short(tmp_path)) as second:
             assert second.finish() == 1
-            assert f"somebody else is in DDS domain {domain_id}" in second.text
+            flown_by = f"started by process {first.process.pid}"
+            assert f"somebody else is in DDS domain {domain_id}: another mission flies there, {flown_by}" in second.text
             assert "--domain-id" in second.text
+            assert list((second.run / "logs").iterdir()) == []
         assert first.process.poll() is None
         assert first.stop(signal.SIGINT)[0] == 130
+
+
+def test_strangers_in_flight_are_named_and_not_obeyed(tmp_path, domain_id, probe):
+    pushing = []
+
+    def push(odometry) -> None:
+        """As a second controller would: an answer to each sample, here with all force."""
+        command = WrenchStamped(header=odometry.header)
+        command.wrench.force.x = 5.0
+        pushing[0].publish(command)
+
+    with MissionCommand(tmp_path, domain_id, "--pace", "realtime", *short(tmp_path, 6.0)) as mission:
+        mission.wait_for(FLYING)
+        pushing.append(probe.node.create_publisher(WrenchStamped, topics.mu_thrust(3), CONTROL))
+        probe.listen(topics.mu_odometry(3), Odometry, CONTROL, push)
+        state = probe.node.create_publisher(MissionState, topics.MISSION_STATE, STATE)
+        state.publish(MissionState(phase=MissionState.ABORTED, sequence=4_000_000_000, mu_count=8))
+        while mission.process.poll() is None:
+            probe.spin_for(0.05)
+        assert mission.finish() == 3, mission.text
+        outcome = mission.outcome
+        assert outcome["phase"] == "MISSED"
+        named = [warning for warning in outcome["warnings"] if "no node of this mission" in warning]
+        assert sorted(warning.split(" publishes ")[1] for warning in named) == [
+            "/mission/state: this mission does not hear it",
+            "/mu3/thrust: this mission does not hear it",
+        ]
+        assert all("probe, which is no node" in warning and warning in mission.text for warning in named)
+        assert not any("not recorded" in warning for warning in outcome["warnings"])
+        assert outcome["rejected_commands"] == outcome["clipped_commands"] == 0
+        assert outcome["max_tracking_error_m"] < 2.0, "the stranger's 5 N would have carried MU 3 tens of metres away"
+        assert len(probe.received[topics.mu_odometry(3)]) > 20, "whoever looks on hears all"
 
 
 def test_an_external_mu_without_a_driver_is_named(tmp_path, domain_id):

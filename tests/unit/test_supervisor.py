@@ -202,6 +202,19 @@ def test_nodes_talk_through_the_profile_that_stays_on_this_machine(tmp_path):
     assert float(lease[0].text) > 300.0, "longer than a mission in real time"
 
 
+def test_what_only_the_mission_publishes_is_read_in_its_own_partition_and_written_for_all(tmp_path):
+    base = {"ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST"}
+    changed = dds_profile.use_profile(base, tmp_path, "mission-1", ["/mu1/thrust"])
+    root = ElementTree.parse(changed["FASTRTPS_DEFAULT_PROFILES_FILE"]).getroot()
+    found = {
+        (end, e.get("profile_name")): next(v.text for v in e.iter() if v.tag.endswith("}value"))
+        for end in ("writer", "reader")
+        for e in root.iter()
+        if e.tag.endswith(f"}}data_{end}")
+    }
+    assert found == {("writer", "/mu1/thrust"): ";mission-1", ("reader", "/mu1/thrust"): "mission-1"}
+
+
 def test_discovery_in_the_subnet_is_not_bound_to_this_machine(tmp_path):
     changed = dds_profile.use_profile({"ROS_AUTOMATIC_DISCOVERY_RANGE": "SUBNET"}, tmp_path)
     assert changed["ROS_AUTOMATIC_DISCOVERY_RANGE"] == "SUBNET"

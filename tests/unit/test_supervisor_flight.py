@@ -1,7 +1,12 @@
+import dataclasses
 import io
+import subprocess
+import sys
 import time
 
+from tethernet_bringup.domain_claim import DomainClaim
 from tethernet_bringup.flight import Flight, FlightPlan
+from tethernet_bringup.graph import Publisher
 from tethernet_bringup.interrupts import Interrupts
 from tethernet_bringup.outcome import ExitStatus, FlightRecord, exit_status
 from tethernet_bringup.progress import Display
@@ -22,15 +27,33 @@ class Crew:
         if self.error is not None:
             raise self.error
 
+    def deaths(self):
+        return []
+
     def stop(self, hurry):
         self.stopped = True
         return []
 
 
-def fly(crew, interrupts):
-    plan = FlightPlan((), 8, (), True, 0, 1.0, load(SupervisorParameters))
+class Graph:
+    """The command's own node in a graph with these publishers besides."""
+
+    def __init__(self, publishers=()):
+        self._publishers = dict(publishers)
+
+    def spin(self, _):
+        time.sleep(0.001)
+
+    def publishers(self, topic):
+        return self._publishers.get(topic, [])
+
+
+def fly(crew, interrupts, graph=None, domain_id=900):
+    parameters = dataclasses.replace(load(SupervisorParameters), probe_s=0.01)
+    plan = FlightPlan((), 8, (), True, domain_id, 1.0, parameters)
     record = FlightRecord(mu_count=8, seed=1, policy="nominal")
-    Flight(plan, crew, interrupts, record, Display(io.StringIO(), 2.0), time.monotonic()).fly()
+    display = Display(io.StringIO(), 2.0)
+    Flight(plan, crew, interrupts, record, display, time.monotonic(), lambda _: graph or Graph()).fly()
     return record
 
 
@@ -58,3 +81,45 @@ def test_what_nobody_foresaw_ends_the_mission_in_order_and_leaves_its_traceback(
     assert exit_status(record) == ExitStatus.FAULT
     assert "who would have thought" in record.faults[0]
     assert "Traceback" in (tmp_path / "run_mission.log").read_text()
+
+
+HOLDER = """
+import sys
+from tethernet_bringup.domain_claim import DomainClaim
+claim = DomainClaim(901)
+claim.take()
+print("taken", flush=True)
+sys.stdin.read()
+"""
+
+
+def test_nothing_is_started_in_a_domain_that_another_mission_holds(tmp_path):
+    holder = subprocess.Popen([sys.executable, "-c", HOLDER], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
+    assert holder.stdout.readline() == "taken\n"
+    crew = Crew(tmp_path)
+    record = fly(crew, Interrupts(), domain_id=901)
+    assert not crew.started
+    assert exit_status(record) == ExitStatus.FAULT
+    assert f"DDS domain 901: another mission flies there, started by process {holder.pid}" in record.faults[0]
+    assert "--domain-id" in record.faults[0]
+    holder.kill()  # however it ends, its claim ends too
+    holder.wait()
+    holder.stdin.close()
+    holder.stdout.close()
+    crew = Crew(tmp_path, OSError("enough"))
+    fly(crew, Interrupts(), domain_id=901)
+    assert crew.started
+
+
+def test_a_mission_gives_its_domain_back(tmp_path):
+    fly(Crew(tmp_path, OSError("enough")), Interrupts(), domain_id=902)
+    claim = DomainClaim(902)
+    claim.take()
+    claim.release()
+
+
+def test_nothing_is_started_beside_a_mission_that_only_the_graph_shows(tmp_path):
+    crew = Crew(tmp_path)
+    record = fly(crew, Interrupts(), Graph({"/mu3/thrust": [Publisher("mu3_\x1b[31mcontroller", b"1")]}))
+    assert not crew.started
+    assert "somebody else is in DDS domain 900: node mu3_\\x1b[31mcontroller publishes /mu3/thrust" in record.faults[0]

@@ -1,4 +1,4 @@
-from tethernet_bringup.graph import Endpoint, GraphCheck, expected
+from tethernet_bringup.graph import Endpoint, GraphCheck, Publisher, StrangerWatch, exclusive_topics, expected
 
 
 class Graph:
@@ -60,12 +60,49 @@ def test_a_long_list_is_cut_short():
     assert len(check.describe()) < 500
 
 
-def test_a_second_publisher_is_a_stranger():
-    wanted = expected(4, (), simulated=True)
-    graph = Graph(wanted)
-    assert graph.check(wanted).strangers() == {}
-    graph.endpoints.append(Endpoint("/mission/state", "planner", True))
-    assert graph.check(wanted).strangers() == {"/mission/state": ["planner", "planner"]}
+class Publishers:
+    """Who publishes what, by topic."""
+
+    def __init__(self, **topics):
+        self.topics = topics
+
+    def watch(self):
+        return StrangerWatch(self.topics, lambda topic: len(self.topics[topic]), self.topics.__getitem__)
+
+
+def test_a_second_publisher_is_a_stranger_whatever_its_name_and_named_once():
+    graph = Publishers(thrust=[Publisher("mu3_controller", b"1")], state=[Publisher("planner", b"2")])
+    watch = graph.watch()
+    assert watch.crowded == {}
+    assert watch.update() == []
+    graph.topics["thrust"].append(Publisher("mu3_controller", b"3"))
+    assert watch.update() == [("mu3_controller", "thrust")]
+    assert watch.update() == []
+    graph.topics["thrust"].append(Publisher("_ros2cli_77", b"4"))
+    assert watch.update() == [("_ros2cli_77", "thrust")]
+
+
+def test_a_stranger_is_found_in_the_place_of_a_node_that_has_gone():
+    graph = Publishers(thrust=[Publisher("mu3_controller", b"1")])
+    watch = graph.watch()
+    graph.topics["thrust"] = []
+    assert watch.update() == []
+    graph.topics["thrust"] = [Publisher("rogue", b"9")]
+    assert watch.update() == [("rogue", "thrust")]
+
+
+def test_two_publishers_from_the_start_are_a_crowd():
+    graph = Publishers(state=[Publisher("planner", b"2"), Publisher("other", b"3")])
+    assert graph.watch().crowded == {"state": ["other", "planner"]}
+
+
+def test_what_only_the_mission_publishes_leaves_out_drivers_and_what_is_everybodys():
+    with_simulator = exclusive_topics(8, (3,), simulated=True)
+    assert "/mu3/odom" not in with_simulator
+    assert {"/mu4/odom", "/mu3/thrust", "/clock", "/net/state", "/debris/odom", "/mission/state"} <= set(with_simulator)
+    without = exclusive_topics(8, range(1, 9), simulated=False)
+    assert not {"/tf", "/diagnostics", "/debris/odom", "/clock", "/mu1/odom"} & set(without)
+    assert {"/mu1/thrust", "/planner/heartbeat"} <= set(without)
 
 
 def test_audiences_count_all_subscribers():

@@ -8,6 +8,7 @@ import shlex
 import subprocess
 import sys
 import time
+import uuid
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, TextIO
@@ -46,8 +47,9 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 def _run(options, interrupts: Interrupts, began: float) -> ExitStatus:
-    from .dds_profile import use_profile
+    from .dds_profile import use_profile, uses_profile
     from .flight import Flight, FlightPlan
+    from .graph import exclusive_topics
     from .mission_parameters import MissionParametersError, resolve
     from .processes import mission_processes
     from .progress import Display
@@ -76,7 +78,10 @@ def _run(options, interrupts: Interrupts, began: float) -> ExitStatus:
     record = FlightRecord(mu_count=setup.mu_count, seed=setup.scenario.seed, policy=setup.policy, commit=commit)
     # This process is part of the graph too: it finds the nodes under the same environment.
     try:
-        environment = use_profile(mission_environment(options.domain_id, options.discovery, folder.logs), folder.path)
+        environment = mission_environment(options.domain_id, options.discovery, folder.logs)
+        protected = uses_profile(environment)
+        exclusive = exclusive_topics(setup.mu_count, setup.external, setup.simulated)
+        environment = use_profile(environment, folder.path, f"mission-{uuid.uuid4().hex}", exclusive)
     except OSError as error:
         return _refuse(ExitStatus.FAULT, f"cannot write under {folder.path}: {error.strerror or error}")
     os.environ.pop("ROS_LOCALHOST_ONLY", None)
@@ -89,6 +94,7 @@ def _run(options, interrupts: Interrupts, began: float) -> ExitStatus:
         domain_id=options.domain_id,
         external_timeout_s=options.external_timeout,
         parameters=setup.patience,
+        protected=protected,
     )
     with Supervisor(folder.logs, environment, setup.supervisor) as supervisor:
         flight = Flight(plan, supervisor, interrupts, record, display, began)

@@ -12,12 +12,17 @@ participant takes its endpoints away (issue 6502 of Fast-DDS: the event thread w
 holder waits for the event thread). With the 20 s of the default the timers of processes that were started together
 fire together, and a mission that ends then leaves nodes that do not. The lease here outlasts missions; that a process
 has died the mission learns otherwise, from the supervisor and by the age of what it publishes.
+
+A mission obeys nobody but itself: what only its own nodes may publish is read in a DDS partition that no other mission
+and no tool is in, so that a stranger's messages are never delivered. Its writers are in the default partition too,
+where everybody may listen.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
+from xml.sax.saxutils import escape, quoteattr
 
 FILE_NAME = "fast_dds.xml"
 FILE_VARIABLES = ("FASTRTPS_DEFAULT_PROFILES_FILE", "FASTDDS_DEFAULT_PROFILES_FILE")
@@ -66,10 +71,17 @@ _PROFILE = """\
           </discovery_config>{peers}
         </builtin>
       </rtps>
-    </participant>
+    </participant>{partitions}
   </profiles>
 </dds>
 """
+_PARTITION = """
+    <data_{end} profile_name={topic}>
+      <propertiesPolicy>
+        <properties><property><name>partitions</name><value>{names}</value></property></properties>
+      </propertiesPolicy>
+    </data_{end}>"""
+_DEFAULT_PARTITION = ""
 _LOOPBACK_ONLY = """
         <interfaceWhiteList><address>127.0.0.1</address></interfaceWhiteList>"""
 _LOOPBACK_PEER = """
@@ -78,11 +90,13 @@ _LOOPBACK_PEER = """
           </initialPeersList>"""
 
 
-def profile(localhost: bool) -> str:
+def profile(localhost: bool, partition: str = "", exclusive: Iterable[str] = ()) -> str:
     """The profile as XML.
 
     Args:
         localhost: whether to stay on this machine.
+        partition: in which the exclusive topics are read; empty: in the default one, as everything else.
+        exclusive: topics that only nodes under this profile may publish.
     """
     return _PROFILE.format(
         participants=_MOST_PARTICIPANTS,
@@ -91,27 +105,43 @@ def profile(localhost: bool) -> str:
         lease=_LEASE_S,
         whitelist=_LOOPBACK_ONLY if localhost else "",
         peers=_LOOPBACK_PEER if localhost else "",
+        partitions="".join(_partitions(partition, topic) for topic in exclusive) if partition else "",
     )
 
 
-def use_profile(environment: Mapping[str, str], folder: Path) -> dict[str, str]:
-    """The environment with which the nodes use the profile; the same one where that is not ours to decide.
+def _partitions(partition: str, topic: str) -> str:
+    """ROS 2 looks for a profile named like the topic whenever it makes a writer or a reader."""
+    ends = {"writer": (_DEFAULT_PARTITION, partition), "reader": (partition,)}
+    return "".join(
+        _PARTITION.format(end=end, topic=quoteattr(topic), names=escape(";".join(names))) for end, names in ends.items()
+    )
 
-    That is where the user has chosen another middleware or a profile of his own.
+
+def uses_profile(environment: Mapping[str, str]) -> bool:
+    """Whether the nodes get a profile of ours; not where the user has chosen a middleware or a profile of his own."""
+    chosen = environment.get("RMW_IMPLEMENTATION", "") not in _MIDDLEWARES
+    return not chosen and not any(environment.get(name) for name in FILE_VARIABLES)
+
+
+def use_profile(
+    environment: Mapping[str, str], folder: Path, partition: str = "", exclusive: Iterable[str] = ()
+) -> dict[str, str]:
+    """The environment with which the nodes use the profile; the same one where :func:`uses_profile` says no.
 
     Args:
         environment: of the nodes, with the discovery range.
         folder: gets the file.
+        partition: as in :func:`profile`.
+        exclusive: likewise.
 
     Raises:
         OSError: when the file cannot be written.
     """
-    chosen = environment.get("RMW_IMPLEMENTATION", "") not in _MIDDLEWARES
-    if chosen or any(environment.get(name) for name in FILE_VARIABLES):
+    if not uses_profile(environment):
         return dict(environment)
     path = folder / FILE_NAME
     localhost = environment[_RANGE] == "LOCALHOST"
-    path.write_text(profile(localhost), encoding="utf-8")
+    path.write_text(profile(localhost, partition, exclusive), encoding="utf-8")
     changed = {**environment, **dict.fromkeys(FILE_VARIABLES, str(path))}
     if localhost:
         # LOCALHOST would put transports of its own beside those of the profile, which stay on this machine anyway.

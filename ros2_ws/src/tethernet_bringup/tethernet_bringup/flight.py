@@ -7,11 +7,13 @@ import time
 import traceback
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 from tethernet_control.mission import Phase
 from tethernet_control.ros import topics
 
-from .graph import expected
+from .domain_claim import DomainClaim, DomainTakenError
+from .graph import StrangerWatch, exclusive_topics, expected
 from .interrupts import Interrupts, MissionInterrupt
 from .nodes import mu_of
 from .outcome import FlightRecord
@@ -19,9 +21,14 @@ from .progress import Display
 from .supervisor import Exit, NodeProcess, Supervisor
 from .supervisor_settings import SupervisorParameters
 
+if TYPE_CHECKING:
+    from .monitor_node import Monitor
+
 _SPIN_S = 0.05
 _SETTLE_S = 1.0
 """[s] Grace for the last accounts of controllers once the verdict is there."""
+_LOOK_PERIOD_S = 1.0
+"""[s] wall time between two looks at who publishes what."""
 _MEMORY_AFTER_S = 2.0
 """[s] wall time after launch at which memory is measured; again at the end."""
 
@@ -41,6 +48,14 @@ class FlightPlan:
     domain_id: int
     external_timeout_s: float
     parameters: SupervisorParameters
+    protected: bool = True
+    """Whether the middleware keeps what strangers publish from the nodes, see :mod:`tethernet_bringup.dds_profile`."""
+
+
+def _join_graph(record: FlightRecord) -> Monitor:
+    from .monitor_node import Monitor  # rclpy takes its time: bad usage and help do without
+
+    return Monitor(record)
 
 
 class Flight:
@@ -54,6 +69,7 @@ class Flight:
         record: FlightRecord,
         display: Display,
         began: float,
+        join: Callable[[FlightRecord], Monitor] = _join_graph,
     ):
         """Args:
         plan: what is flown.
@@ -62,6 +78,7 @@ class Flight:
         record: gets what is found out.
         display: shows it.
         began: when the command started [s], time.monotonic.
+        join: makes the command's own node.
         """
         self._plan = plan
         self._supervisor = supervisor
@@ -69,7 +86,11 @@ class Flight:
         self._record = record
         self._display = display
         self._began = began
-        self._monitor = None
+        self._join = join
+        self._monitor: Monitor | None = None
+        self._claim = DomainClaim(plan.domain_id)
+        self._strangers: StrangerWatch | None = None
+        self._look_due = 0.0
         self._started = False
         self._launched_at: float | None = None
         self._memory_due: float | None = None
@@ -81,11 +102,8 @@ class Flight:
         """
         try:
             self._interrupts.check()
+            self._look_around()
             self._supervisor.start_all(self._plan.processes)
-            self._interrupts.check()
-            from .monitor_node import Monitor  # rclpy loads while the nodes start
-
-            self._monitor = Monitor(self._record)
             self._assemble()
             self._await_drivers()
             self._launch()
@@ -111,6 +129,22 @@ class Flight:
             self._monitor = None
             self._supervisor.clean()  # saying goodbye to a node that was killed makes its segments anew
 
+    def _look_around(self) -> None:
+        """Join the graph, and make sure that no other mission is in it before any node could disturb that."""
+        try:
+            self._claim.take()
+        except DomainTakenError as error:
+            raise MissionFaultError(self._crowded(str(error))) from None
+        self._monitor = self._join(self._record)
+        plan = self._plan
+        watched = exclusive_topics(plan.mu_count, plan.external, plan.simulated)
+        deadline = time.monotonic() + plan.parameters.probe_s
+        while time.monotonic() < deadline:
+            self._step()
+            for topic in watched:
+                for publisher in self._monitor.publishers(topic):
+                    raise MissionFaultError(self._crowded(f"node {_name(publisher.node)} publishes {topic}"))
+
     def _assemble(self) -> None:
         """Wait until every node has found every other."""
         plan, monitor = self._plan, self._monitor
@@ -133,8 +167,10 @@ class Flight:
         patience = plan.parameters.graph_timeout_s
         self._wait(complete, patience, lambda: f"nodes are missing: {graph.describe() or 'no planner service'}")
         self._wait(connected, patience, lambda: f"nodes do not find each other: {connections.describe()}")
-        for topic, names in graph.strangers().items():
-            raise MissionFaultError(self._crowded(f"{topic} has {len(names)} publishers ({', '.join(names)})"))
+        self._strangers = monitor.watch_strangers(exclusive_topics(plan.mu_count, plan.external, plan.simulated))
+        for topic, names in self._strangers.crowded.items():
+            who = ", ".join(map(_name, names))
+            raise MissionFaultError(self._crowded(f"{topic} has {len(names)} publishers ({who})"))
         self._supervisor.note_shared_memory()
 
     def _crowded(self, sign: str) -> str:
@@ -233,7 +269,12 @@ class Flight:
         if early and self._started and not record.phase.over:
             self._abort()
         self._display.live("stopping")
-        for ended in self._supervisor.stop(hurry=bool(early)):
+        self._stop_processes(bool(early))
+        self._claim.release()
+
+    def _stop_processes(self, early: bool) -> None:
+        record = self._record
+        for ended in self._supervisor.stop(hurry=early):
             if ended.forced:
                 record.warnings.append(f"{ended.node.name} did not end when asked and was killed")
             elif ended.code != 0 and not early:
@@ -260,7 +301,22 @@ class Flight:
         self._interrupts.check()
         for death in self._supervisor.deaths():
             self._on_death(death)
+        if self._strangers is not None and time.monotonic() >= self._look_due:
+            self._look_due = time.monotonic() + _LOOK_PERIOD_S
+            for node, topic in self._strangers.update():
+                self._on_stranger(node, topic)
         self._display.flight(self._record)
+
+    def _on_stranger(self, node: str, topic: str) -> None:
+        heard = "this mission does not hear it" if self._plan.protected else "the mission's nodes may obey it"
+        self._warn(f"{_name(node)}, which is no node of this mission, publishes {topic}: {heard}")
+
+    def _warn(self, text: str) -> None:
+        """Say it at once, and again at the end."""
+        when = f"at {self._record.time_s:.1f} s" if self._record.time_s is not None else "before launch"
+        text = f"{when}: {text}"
+        self._display.note(text)
+        self._record.warnings.append(text)
 
     def _on_death(self, death: Exit) -> None:
         if self._record.phase.over and death.code == 0:
@@ -284,6 +340,11 @@ class Flight:
 def _why(death: Exit) -> str:
     last = f": {death.tail[-1].strip()}" if death.tail else ""
     return f"{death.node.name} died ({death.how}){last}"
+
+
+def _name(node: str) -> str:
+    """A node's name as it can be shown: it is somebody else's, and need not be what ROS allows."""
+    return node[:100].encode("unicode_escape").decode("ascii") or "a nameless node"
 
 
 def _mu_list(mus) -> str:

@@ -75,6 +75,75 @@ def expected(mu_count: int, external: Iterable[int], simulated: bool) -> list[En
     return result + [Endpoint(topic, node, False) for topic, nodes in subscribers.items() for node in nodes]
 
 
+def exclusive_topics(mu_count: int, external: Iterable[int], simulated: bool) -> list[str]:
+    """Topics that only the mission's own nodes may publish.
+
+    Not among them: transforms and diagnostics, which are everybody's, and what drivers and their trackers publish.
+
+    Args:
+        mu_count: 4 or 8.
+        external: MUs whose odometry somebody else publishes.
+        simulated: whether the simulator runs.
+    """
+    published = {endpoint.topic for endpoint in expected(mu_count, external, simulated) if endpoint.publishes}
+    if simulated:
+        published.add(topics.NET_MARKERS)
+    return sorted(published - {topics.TF})
+
+
+@dataclass(frozen=True)
+class Publisher:
+    """One publisher of a topic, as the graph shows it."""
+
+    node: str
+    """Name of its node, as it gives it."""
+    gid: bytes
+    """Its identity, which no other has."""
+
+
+class StrangerWatch:
+    """Finds publishers that are no part of the mission; names each of them once.
+
+    They are told by their identity, not by their name: a second ``mu3_controller`` is a stranger.
+    """
+
+    def __init__(
+        self,
+        watched: Iterable[str],
+        count: Callable[[str], int],
+        publishers: Callable[[str], Iterable[Publisher]],
+    ):
+        """Args:
+        watched: topics that should have one publisher each, and have it now.
+        count: gives how many publish a topic; asked at every look, so it must be cheap.
+        publishers: gives all of them.
+        """
+        self._count, self._publishers = count, publishers
+        self._known: dict[str, set[bytes]] = {}
+        self.crowded: dict[str, list[str]] = {}
+        """Topics that have several publishers from the start, and the names of their nodes."""
+        for topic in watched:
+            there = list(publishers(topic))
+            self._known[topic] = {publisher.gid for publisher in there}
+            if len(there) > 1:
+                self.crowded[topic] = sorted(publisher.node for publisher in there)
+        self._most = {topic: len(known) for topic, known in self._known.items()}
+
+    def update(self) -> list[tuple[str, str]]:
+        """Look again; returns (node, topic) of each stranger that has not been named before."""
+        found = []
+        for topic, known in self._known.items():
+            count = self._count(topic)
+            if count <= self._most[topic]:
+                self._most[topic] = count  # one has gone: another may come in its place
+                continue
+            new = [publisher for publisher in self._publishers(topic) if publisher.gid not in known]
+            found += [(publisher.node, topic) for publisher in new]
+            known.update(publisher.gid for publisher in new)
+            self._most[topic] = count
+        return found
+
+
 class GraphCheck:
     """Compares what should be there with what is; asks only after what was not there the last time."""
 
@@ -91,7 +160,6 @@ class GraphCheck:
         """
         self._endpoints = tuple(endpoints)
         self.missing = list(self._endpoints)
-        self._single = {endpoint.topic for endpoint in self.missing if endpoint.publishes}
         self._publishers = publishers
         self._subscribers = subscribers
 
@@ -103,11 +171,6 @@ class GraphCheck:
                 names[key] = set((self._publishers if key[1] else self._subscribers)(key[0]))
             self.missing = [e for e in self.missing if e.node not in names[(e.topic, e.publishes)]]
         return not self.missing
-
-    def strangers(self) -> dict[str, list[str]]:
-        """Topics with more publishers than the one they should have, and their names: another mission in the domain."""
-        found = {topic: sorted(self._publishers(topic)) for topic in self._single}
-        return {topic: names for topic, names in sorted(found.items()) if len(names) > 1}
 
     def audiences(self) -> dict[str, dict[str, int]]:
         """How many subscribers each node's publishers should have, by node and topic: at least."""

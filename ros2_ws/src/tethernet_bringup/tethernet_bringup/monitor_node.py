@@ -18,7 +18,7 @@ from tethernet_control.ros.connections import Connections, read_connections, ser
 from tethernet_control.ros.executor import bound_the_end, make_executor
 from tethernet_msgs.msg import CaptureAssessment, MissionState, MuStatus, SimStatus
 
-from .graph import Endpoint, GraphCheck
+from .graph import Endpoint, GraphCheck, Publisher, StrangerWatch
 from .nodes import MONITOR
 from .outcome import FlightRecord, nanoseconds
 
@@ -67,6 +67,17 @@ class Monitor:
             lambda topic: [info.node_name for info in self._node.get_publishers_info_by_topic(topic)],
             lambda topic: [info.node_name for info in self._node.get_subscriptions_info_by_topic(topic)],
         )
+
+    def watch_strangers(self, watched: Iterable[str]) -> StrangerWatch:
+        """A watch on topics that should have one publisher each, and have it now."""
+        return StrangerWatch(watched, self._node.count_publishers, self.publishers)
+
+    def publishers(self, topic: str) -> list[Publisher]:
+        """Everybody who publishes a topic, whether this node hears it or not."""
+        return [
+            Publisher(info.node_name, bytes(info.endpoint_gid))
+            for info in self._node.get_publishers_info_by_topic(topic)
+        ]
 
     def publisher_count(self, topic: str) -> int:
         """How many publish a topic."""

@@ -51,6 +51,7 @@ from .bag_metadata import BagTopic, as_texts, qos_profiles
 from .bag_writer import BagWriter
 from .message_definitions import installed_type
 from .nodes import RECORDER
+from .publication_count import PublicationCount
 from .recorded_topics import RecordedTopic, extra_topics, mission_topics
 from .recorder_settings import RecorderParameters
 from .timeline import StampReader, Timeline
@@ -84,10 +85,11 @@ class _Source:
     take: Any = None
     """Takes the oldest message out of the queue: (bytes, information), or None when it is empty."""
     is_clock: bool = False
-    sequence: int | None = None
-    """The publisher's counter in the newest message."""
-    lost: int = 0
-    """Messages that the publisher has counted and that never came."""
+    published: PublicationCount = field(init=False)
+    """What the publisher's counter tells."""
+
+    def __post_init__(self) -> None:
+        self.published = PublicationCount(self.topic.shared)
 
 
 @dataclass
@@ -190,7 +192,7 @@ class Recorder(Node):
             self._write_report("fault" if fault else "complete", fault)
         except BagWriteError as error:
             fault = fault or str(error)
-        lost = sum(source.lost for source in self._sources)
+        lost = sum(source.published.lost for source in self._sources)
         self.get_logger().info(
             f"recorded {kept} messages ({self._bag.size / 1e6:.1f} MB) to {self._bag.folder}"
             + (f"; {lost} never arrived" if lost else "")
@@ -199,9 +201,7 @@ class Recorder(Node):
 
     def _keep(self, index: int, source: _Source, data: bytes, information: dict) -> None:
         sequence = information["publication_sequence_number"] or 0
-        if source.sequence is not None and sequence > source.sequence + 1 and not source.topic.shared:
-            source.lost += sequence - source.sequence - 1
-        source.sequence = sequence
+        source.published.take(sequence)
         stamp = source.stamp(data)
         if source.topic.tells_time:
             self._timeline.tell(stamp, clock=source.is_clock)
@@ -229,7 +229,7 @@ class Recorder(Node):
             "fault": fault,
             "message_count": sum(counts),
             "messages": {source.topic.name: count for source, count in zip(self._sources, counts, strict=True)},
-            "never_arrived": {source.topic.name: source.lost for source in self._sources if source.lost},
+            "never_arrived": {s.topic.name: s.published.lost for s in self._sources if s.published.lost},
             "start_time_ns": start,
             "end_time_ns": end,
             "bytes": self._bag.size,

@@ -15,6 +15,9 @@ class SupervisorParameters:
 
     FILE: ClassVar[Path] = Path(__file__).parent / "config" / "supervisor.yaml"
 
+    probe_s: float = parameter(
+        "Look so long for another mission in the DDS domain before any node is started", unit="s", low=0.0, high=60.0
+    )
     graph_timeout_s: float = parameter("Wait so long for all nodes to find each other", unit="s", low=1.0, high=600.0)
     launch_timeout_s: float = parameter(
         "Wait so long for the launch once the planner was told to start, besides its own waiting for the controllers",
