@@ -7,10 +7,12 @@ import dataclasses
 import numpy as np
 import pytest
 
+from tethernet_control import closing
 from tethernet_control.closing import off_course, sight
 from tethernet_control.controller import MuController
 from tethernet_control.layout import design
 from tethernet_control.mission import Mission, advance, arm, launch
+from tethernet_control.plan_ahead import PlanAhead
 from tethernet_sim.fly import Settings, fly, fly_many
 from tethernet_sim.scenario import Scenario
 from tethernet_sim.sensors import OdometryNoise
@@ -71,7 +73,7 @@ def test_the_controllers_class_gives_the_same_bits_as_the_compiled_batch():
     scenario = Scenario(seed=5, debris_position=(3.0, -2.0, -45.0))
     noise = OdometryNoise(scenario.seed, 8, settings.control)
     controllers = [MuController(mu, settings.control) for mu in range(1, 9)]
-    mission = launch(arm(Mission(8), scenario.debris_position, "nominal"), 0)
+    mission, ahead = launch(arm(Mission(8), scenario.debris_position, "nominal"), 0), PlanAhead(settings.mission)
     for controller, point in zip(controllers, scenario.aiming_points(), strict=True):
         controller.take_mission(mission)
         controller.aim(point, "nominal")
@@ -79,19 +81,17 @@ def test_the_controllers_class_gives_the_same_bits_as_the_compiled_batch():
     def observe(stamp_ns, world, _):
         nonlocal mission
         drawn = noise.draw(1)[0]
-        for m, controller in enumerate(controllers):
-            position = (world.state.mu_pos[0, m] + drawn[m, 0]).tolist()
-            velocity = (world.state.mu_vel[0, m] + drawn[m, 1]).tolist()
-            controller.on_odometry(stamp_ns, position, velocity)
+        positions, velocities = world.state.mu_pos[0] + drawn[:, 0], world.state.mu_vel[0] + drawn[:, 1]
+        for controller, position, velocity in zip(controllers, positions, velocities, strict=True):
+            controller.on_odometry(stamp_ns, position.tolist(), velocity.tolist())
 
         def look():
-            mus = world.mus_as_published(0)
-            lost = off_course(mus, scenario.aiming_points(), settings.mission)
-            return sight(mus, world.mu_velocities_as_published(0), *world.body_motion(0, DEBRIS), lost)
+            lost = off_course(positions, scenario.aiming_points(), settings.mission)
+            return sight(positions, velocities, *world.body_motion(0, DEBRIS), lost)
 
         mission = advance(
             mission, stamp_ns, world.net_center(0), world.debris_position(0), settings.mission, settings.control,
-            world.state.locked[0], look,
+            world.state.locked[0], look, ahead,
         )  # fmt: skip
         for controller in controllers:
             controller.take_mission(mission)
@@ -100,6 +100,40 @@ def test_the_controllers_class_gives_the_same_bits_as_the_compiled_batch():
     assert tuple(c.account.fuel_kg for c in controllers) == outcome.fuel_kg
     assert tuple(c.account.fuel_at_trigger_kg for c in controllers) == outcome.fuel_at_trigger_kg
     assert max(c.account.max_tracking_error_m for c in controllers) == outcome.max_tracking_error_m
+
+
+def test_the_trigger_leaves_nothing_to_plan(monkeypatch):
+    """However the debris tumbles: at most one part of a plan at any tick, none at the trigger."""
+    done: dict[int, int] = {}
+    now = 0
+    best = closing._Places.best
+
+    def counted(places, bunch):
+        done[now] = done.get(now, 0) + 1
+        return best(places, bunch)
+
+    def observe(stamp_ns, _world, _flying):
+        nonlocal now
+        now = stamp_ns
+
+    monkeypatch.setattr(closing._Places, "best", counted)
+    outcome = fly(Scenario(debris_rate=(0.087, 0.0, 0.0)), observer=observe)
+    trigger_ns = round(outcome.trigger_time_s * 1e9) - Settings.load().control.period_ns
+    assert sum(done.values()) >= closing.MOST_PARTS
+    assert max(done.values()) == 1
+    assert 0 < trigger_ns - min(done) <= 1_100_000_000
+    assert max(done) < trigger_ns
+
+
+def test_the_closing_is_planned_from_odometry(monkeypatch):
+    """With much noise the planner sees it, with none it sees the MUs as they are."""
+    seen = []
+    planning = closing.planning
+    monkeypatch.setattr(closing, "planning", lambda sight, rules: seen.append(sight) or planning(sight, rules))
+    for sigma in (0.0, 0.3):
+        fly(Scenario(), Settings.load(control={"position_sigma_m": sigma}, mission={"capture_duration_s": 1.0}))
+    exact, noisy = (sight.mu_positions for sight in seen)
+    assert 0.1 < np.abs(noisy - exact).mean() < 0.6
 
 
 def test_fuel_against_its_closed_form():

@@ -11,11 +11,15 @@ from std_msgs.msg import Header
 from std_srvs.srv import Trigger
 
 from tests import tiny_models
-from tethernet_control.layout import FALLBACK
+from tethernet_control.closing import plan as plan_closing
+from tethernet_control.closing import sight
+from tethernet_control.layout import FALLBACK, nominal_aiming_points
 from tethernet_control.mission import Phase
+from tethernet_control.parameters import load
 from tethernet_control.ros import topics
 from tethernet_control.ros.conversions import nanoseconds, set_stamp
 from tethernet_control.ros.qos import BULK, CONTROL, STATE
+from tethernet_control.settings import MissionParameters
 from tethernet_msgs.msg import MissionState, MuStatus, NetState
 from tethernet_msgs.srv import PlanAimingPoints
 
@@ -52,8 +56,21 @@ class Bench:
         message.pose.pose.orientation.w = 1.0
         self.probe.publish(topics.DEBRIS_ODOMETRY, message, STATE, "planner")
 
+    def mu(self, mu, tick, position):
+        message = Odometry()
+        message.header.frame_id = topics.FRAME
+        set_stamp(message.header.stamp, tick * PERIOD)
+        place = message.pose.pose.position
+        place.x, place.y, place.z = position
+        message.pose.pose.orientation.w = 1.0
+        self.probe.publish(topics.mu_odometry(mu), message, CONTROL, "planner")
+
     def net(self, tick, center=FAR):
-        message = NetState(center_of_mass=Point(x=center[0], y=center[1], z=center[2]))
+        # Where it says the MUs are, which no planner could know, is not where their odometry has them.
+        message = NetState(
+            center_of_mass=Point(x=center[0], y=center[1], z=center[2]),
+            mu_positions=[9.0] * 24, mu_velocities=[1.0] * 24,
+        )  # fmt: skip
         set_stamp(message.header.stamp, tick * PERIOD)
         self.probe.publish(topics.NET_STATE, message, BULK, "planner")
 
@@ -106,6 +123,39 @@ def test_leads_a_mission_from_start_to_end(bench):
     assert {s.reason for s in b.states} == {""}
     assert "over" in b.probe.call(topics.ABORT, Trigger).message
     assert "COMPLETE" in b.start().message
+
+
+def test_the_closing_is_planned_from_the_odometry_of_that_tick_which_is_waited_for(bench):
+    b = bench().deployed()
+    aims = nominal_aiming_points(8, DEBRIS)
+    for mu, point in enumerate(aims, start=1):
+        b.mu(mu, 0, point)
+    b.ticked(0)
+    places = [(x, y, z + 0.25) for x, y, z in aims]
+    for mu in range(1, 8):
+        b.mu(mu, 1, places[mu - 1])
+    b.net(1, (0.0, 0.0, -48.0))
+    b.debris(1)
+    b.probe.spin_for(0.3)
+    assert nanoseconds(b.beats[-1].stamp) == 0, "MU 8 keeps step and is waited for"
+    b.mu(8, 1, places[7])
+    closing = b.reached(Phase.CLOSING)
+    assert nanoseconds(closing.closing_time) == 2 * PERIOD
+    q = (0.0, 0.0, 0.0, 1.0)
+    plan = plan_closing(sight(places, [(0.0,) * 3] * 8, DEBRIS, q, (0.0,) * 3, (0.0,) * 3), load(MissionParameters))
+    assert tuple((p.x, p.y, p.z) for p in closing.closing_points) == plan.points
+
+
+def test_a_tick_that_lacks_an_mus_odometry_is_decided_on_when_the_next_one_is_there(bench):
+    b = bench().deployed()
+    for mu, point in enumerate(nominal_aiming_points(8, DEBRIS), start=1):
+        b.mu(mu, 0, point)
+    b.ticked(0)
+    b.debris(1)
+    b.net(1)
+    b.net(2)
+    b.probe.wait_for(lambda: nanoseconds(b.beats[-1].stamp) == PERIOD, "heartbeat of tick 1")
+    b.ticked(6)  # more than five periods: nobody waits for MUs that are silent
 
 
 def test_service_gives_nominal_points_and_explains_refusals(bench):

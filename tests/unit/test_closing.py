@@ -44,6 +44,10 @@ def test_the_axis_tumbles_as_the_simulated_debris_does():
     for _ in range(200):
         world.advance(np.zeros((1, 8, 3)))
     after = closing.sight(np.zeros((8, 3)), np.zeros((8, 3)), *world.body_motion(0, 0))
+    foreseen = closing.foreseen(before, 10.0, RULES)
+    assert np.allclose(foreseen.debris_axis, after.debris_axis, atol=1e-6)
+    assert np.allclose(foreseen.debris_rate, after.debris_rate, atol=1e-6)
+    assert np.allclose(foreseen.debris_position, after.debris_position)
     told = axis_after(before.debris_axis, before.debris_rate, 10.0, RULES.target_radius_m, RULES.target_length_m)
     assert np.linalg.norm(after.debris_axis - before.debris_axis) > 0.3
     assert np.allclose(told, after.debris_axis, atol=1e-6)
@@ -121,6 +125,29 @@ def test_two_bunches_meet_sooner_round_a_debris_that_turns():
     assert rolling.duration_s == RULES.bunch_duration_s, "a cylinder looks the same whichever way it has rolled"
     wild = closing.plan(seen(ROW, rate=(0.0, 0.0, np.radians(60.0))), RULES)
     assert wild.duration_s >= 0.6 * RULES.bunch_duration_s
+
+
+@pytest.mark.parametrize("lost", [(), (2,), (1, 5), (1, 6), range(1, 8), range(1, 9)])
+def test_a_plan_made_in_parts_is_the_same_plan(lost):
+    view = seen((0.3, 1.0, 0.2), rate=(0.05, 0.02, 0.0), lost=tuple(mu in lost for mu in range(1, 9)))
+    parts = closing.planning(view, RULES)
+    count = 0
+    while True:
+        try:
+            next(parts)
+        except StopIteration as end:
+            assert end.value == closing.plan(view, RULES)
+            break
+        count += 1
+    assert count <= closing.MOST_PARTS
+
+
+def test_foreseen_mus_fly_on():
+    now = seen(ROW)
+    then = closing.foreseen(now, 0.5, RULES)
+    assert np.allclose(then.mu_positions, np.add(now.mu_positions, (0.0, 0.0, -1.0)))
+    assert np.array_equal(then.mu_velocities, now.mu_velocities)
+    assert np.array_equal(then.debris_axis, now.debris_axis)
 
 
 def test_the_lost_is_left_out_and_the_others_meet():

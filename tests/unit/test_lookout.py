@@ -28,12 +28,6 @@ def test_a_healthy_swarm():
     assert np.allclose(seen.mu_positions, MOUTH)
 
 
-def test_flat_arrays_of_messages_are_taken():
-    made = lookout()
-    made.saw_mus(20 * SECOND, MOUTH.astype(np.float32).ravel(), np.zeros(24, np.float32))
-    assert made.look().mu_positions.shape == (8, 3)
-
-
 def test_silent_dead_and_strayed_mus_are_lost():
     made = lookout()
     strayed = MOUTH.copy()
@@ -52,7 +46,9 @@ def test_nothing_is_told_where_too_little_is_known():
     assert made.look() is None
     made = lookout()
     made.saw_mus(20 * SECOND, [], [])
-    assert made.look() is None, "a net sensor that sees no MUs"
+    assert made.look() is None, "nobody was ever heard of"
+    made.saw_mus(20 * SECOND, MOUTH[:7], np.zeros((7, 3)))
+    assert made.look() is None, "one was never heard of"
     made.saw_mus(20 * SECOND, np.full((8, 3), np.nan), np.zeros((8, 3)))
     assert made.look() is None
     assert lookout(4).look() is None, "winches close the net"

@@ -3,6 +3,7 @@
 from tethernet_planner.swarm import DockedPairs, SwarmCentroid
 
 MS = 1_000_000
+PERIOD = 50 * MS
 
 
 def test_a_tick_is_complete_when_every_mu_has_given_a_newer_sample():
@@ -51,3 +52,17 @@ def test_pairs_dock_for_good_in_their_order_round_the_mouth():
 
 def test_winches_pairs_cannot_be_seen_from_the_mus():
     assert DockedPairs(4, 0.5).update(dict.fromkeys(range(1, 5), (0.0, 0.0, 0.0))) == 0
+
+
+def test_those_in_step_with_the_ticks_are_waited_for_until_they_are_silent():
+    swarm = SwarmCentroid(8, 5 * PERIOD)
+    assert swarm.awaited(0, PERIOD) == set(), "nobody knows of them"
+    for mu in (1, 2, 3):
+        swarm.update(mu, 10 * PERIOD, (0.0, 0.0, 0.0))
+    swarm.update(4, 10 * PERIOD + 1, (0.0, 0.0, 0.0))
+    assert swarm.awaited(10 * PERIOD, PERIOD) == set()
+    assert swarm.awaited(11 * PERIOD, PERIOD) == {1, 2, 3}, "MU 4 has a clock of its own"
+    swarm.update(1, 11 * PERIOD, (0.0, 0.0, 0.0))
+    assert swarm.awaited(11 * PERIOD, PERIOD) == {2, 3}
+    assert swarm.awaited(15 * PERIOD, PERIOD) == {1, 2, 3}
+    assert swarm.awaited(16 * PERIOD, PERIOD) == {1}, "MU 2 and MU 3 have fallen silent"

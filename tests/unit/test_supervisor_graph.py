@@ -25,6 +25,9 @@ def test_a_mission_needs_every_controller_heard_by_simulator_planner_and_recorde
         assert Endpoint(f"/mu{mu}/thrust", "sim", False) in endpoints
         assert Endpoint(f"/mu{mu}/thrust", "recorder", False) in endpoints
         assert Endpoint(f"/mu{mu}/status", "planner", False) in endpoints
+        assert Endpoint(f"/mu{mu}/odom", "planner", False) in endpoints
+    assert Endpoint("/mu1/odom", "planner", False) not in expected(4, (), simulated=True), "winches need no plan"
+    assert Endpoint("/mu1/odom", "planner", False) in expected(4, (1, 2, 3, 4), simulated=False)
 
 
 def test_the_odometry_of_an_external_mu_is_somebody_elses():
@@ -107,7 +110,7 @@ def test_what_only_the_mission_publishes_leaves_out_drivers_and_what_is_everybod
 
 def test_audiences_count_all_subscribers():
     audiences = Graph([]).check(expected(8, (), simulated=True)).audiences()
-    assert audiences["sim"]["/mu3/odom"] == 2
+    assert audiences["sim"]["/mu3/odom"] == 3
     assert audiences["mu3_controller"]["/mu3/thrust"] == 2
     assert audiences["planner"]["/mission/state"] == 8 + 4
     assert "recorder" not in audiences

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
+from tethernet_control.layout import design
 from tethernet_control.ros import topics
 
 from .nodes import ASSESSOR, MONITOR, PLANNER, RECORDER, SIM, controller
@@ -44,6 +45,8 @@ def expected(mu_count: int, external: Iterable[int], simulated: bool) -> list[En
         publishers[topics.mu_thrust(mu)] = [controller(mu)]
         publishers[topics.mu_status(mu)] = [controller(mu)]
         subscribers[topics.mu_odometry(mu)] = [controller(mu)]
+        if not simulated or design(mu_count).closes_by_docking:
+            subscribers[topics.mu_odometry(mu)].append(PLANNER)
         subscribers[topics.mu_status(mu)] = [PLANNER]
     if simulated:
         for topic in (

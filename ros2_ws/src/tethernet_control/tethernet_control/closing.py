@@ -1,4 +1,4 @@
-"""How the 8 MUs close the mouth: where they meet, chosen at the trigger from where the debris lies and where the MUs
+"""How the 8 MUs close the mouth: where they meet, chosen from where the debris lies and where the MUs
 are, and where they meet instead when somebody does not get there.
 
 The net is laid round the debris like a sheet round a parcel. How far behind the debris an MU gets is limited by the
@@ -12,8 +12,8 @@ capture needs.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Generator, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -21,7 +21,7 @@ from . import rotation
 from .layout import CORNER_THREAD_M, KNOT_ROWS, SIDE_THREAD_M, design
 from .mouth import spanned
 from .settings import MissionParameters
-from .target import Outline, axis_after, gap
+from .target import Outline, axis_after, gap, tumbled
 
 Point = tuple[float, float, float]
 
@@ -38,7 +38,7 @@ _SIDEWAYS = _OFFSETS / np.linalg.norm(_OFFSETS, axis=1)[:, None]
 
 @dataclass(frozen=True)
 class Sight:
-    """What is known at the trigger; frame launch."""
+    """What is known of MUs and debris at one moment; frame launch."""
 
     mu_positions: np.ndarray
     """[m], shape (8, 3), MU 1 first."""
@@ -82,6 +82,24 @@ def sight(
     )
 
 
+def foreseen(seen: Sight, duration: float, rules: MissionParameters) -> Sight:
+    """What will be seen after ``duration`` [s]: MUs and debris fly on as they do, the debris tumbles freely.
+
+    Args:
+        seen: what is known now.
+        duration: [s].
+        rules: size of the debris.
+    """
+    tumble = seen.debris_axis, seen.debris_rate, duration, rules.target_radius_m, rules.target_length_m
+    return replace(
+        seen,
+        mu_positions=seen.mu_positions + duration * seen.mu_velocities,
+        debris_position=seen.debris_position + duration * seen.debris_velocity,
+        debris_axis=tumbled(seen.debris_axis, *tumble),
+        debris_rate=tumbled(seen.debris_rate, *tumble),
+    )
+
+
 def off_course(mu_positions, aiming_points, rules: MissionParameters) -> tuple[bool, ...]:
     """Which MUs are lost, as far as their places at the trigger tell: far beside their aiming points, or far before or
     behind the others. Nobody is lost who is only held back by a net too short for the points it was given.
@@ -114,16 +132,32 @@ def plan(seen: Sight, rules: MissionParameters) -> ClosingPlan:
     """Choose where the 8 MUs meet: as many docked pairs as possible, then as little thrust as possible.
 
     Args:
-        seen: what is known at the trigger.
+        seen: what is known when closing begins.
         rules: size of the debris, clearances, durations.
+    """
+    parts = planning(seen, rules)
+    while True:
+        try:
+            next(parts)
+        except StopIteration as end:
+            return end.value
+
+
+def planning(seen: Sight, rules: MissionParameters) -> Generator[None, None, ClosingPlan]:
+    """The work of :func:`plan` in parts, for one who has little time at once: each step rates the places of one bunch,
+    at most MOST_PARTS of them; the generator's return value is the plan.
     """
     best, best_rank = None, None
     durations = _durations(seen, rules)
-    meeting_after = {duration: _Places(seen, rules, duration) for duration in durations}
+    meeting_after: dict[float, _Places] = {}
     for groups in _groupings(seen.lost):
         duration = durations[len(groups) > 1]
-        places = meeting_after[duration]
-        chosen = [places.best(group) for group in groups]
+        if duration not in meeting_after:
+            meeting_after[duration] = _Places(seen, rules, duration)
+        chosen = []
+        for group in groups:
+            chosen.append(meeting_after[duration].best(group))
+            yield
         pairs = 8 if groups == [list(_RING)] else sum(len(group) - 1 for group in groups)
         violation = sum(place.violation for place in chosen)
         # A plan that cannot be flown is worse than any that can, by how much net or clearance is missing.
@@ -136,6 +170,10 @@ def plan(seen: Sight, rules: MissionParameters) -> ClosingPlan:
         for mu in group:
             points[mu - 1] = place.point
     return ClosingPlan(tuple(points), duration, pairs, not best_rank[0])
+
+
+MOST_PARTS = 9
+"""Parts of a plan at the most: one bunch of all, and four ways to part them in two; likewise with one MU lost."""
 
 
 def _durations(seen: Sight, rules: MissionParameters) -> tuple[float, float]:

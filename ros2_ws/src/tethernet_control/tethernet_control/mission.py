@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from . import closing
 from .closing import Sight
 from .layout import design
+from .plan_ahead import PlanAhead
 from .settings import NANOSECOND_S, ControlParameters, MissionParameters
 
 Point = tuple[float, float, float]
@@ -143,6 +144,7 @@ def advance(
     control: ControlParameters,
     locked=(),
     look: Callable[[], Sight | None] | None = None,
+    ahead: PlanAhead | None = None,
 ) -> Mission:
     """The mission after what was measured at ``stamp_ns``; the same object when nothing changes.
 
@@ -159,11 +161,12 @@ def advance(
         locked: which closing pairs are locked; empty where nobody knows.
         look: tells where the 8 MUs are and how the debris lies, None where that is not known; asked only when it
             matters.
+        ahead: makes the closing plan before the trigger; without it the whole plan is made at the trigger.
     """
     if mission.phase == Phase.DEPLOYING:
         if triggered(net_position, debris_position, rules):
             closing_ns = stamp_ns + control.period_ns
-            points, duration_s = _closing_plan(mission.mu_count, debris_position, rules, look)
+            points, duration_s = _closing_plan(mission.mu_count, stamp_ns, debris_position, rules, look, ahead)
             return mission._next(
                 Phase.CLOSING,
                 closing_ns=closing_ns,
@@ -179,6 +182,8 @@ def advance(
                 reason=f"the net did not come within {rules.trigger_distance_m:g} m of the debris "
                 f"in {rules.give_up_s:g} s",
             )
+        if ahead is not None and look is not None and _plans(mission.mu_count, rules):
+            ahead.watch(stamp_ns, net_position, debris_position, look)
     elif mission.phase == Phase.CLOSING:
         if stamp_ns >= mission.end_ns:
             return mission._next(Phase.COMPLETE)
@@ -197,16 +202,29 @@ def advance(
     return mission
 
 
+def _plans(mu_count: int, rules: MissionParameters) -> bool:
+    """True where the place to meet is chosen by a plan."""
+    return design(mu_count).closes_by_docking and rules.closing_plan == "planned"
+
+
 def _closing_plan(
-    mu_count: int, debris_position, rules: MissionParameters, look: Callable[[], Sight | None] | None
+    mu_count: int,
+    stamp_ns: int,
+    debris_position,
+    rules: MissionParameters,
+    look: Callable[[], Sight | None] | None,
+    ahead: PlanAhead | None,
 ) -> tuple[tuple[Point, ...], float]:
     """Closing points [m] and the time to get there [s]; no points where winches close the net."""
     if not design(mu_count).closes_by_docking:
         return (), rules.closing_duration_s
-    seen = look() if look is not None and rules.closing_plan == "planned" else None
-    if seen is not None:
-        plan = closing.plan(seen, rules)
-        return plan.points, plan.duration_s
+    if _plans(mu_count, rules):
+        plan = ahead.ready(stamp_ns) if ahead is not None else None
+        seen = look() if plan is None and look is not None else None
+        if seen is not None:
+            plan = closing.plan(seen, rules)
+        if plan is not None:
+            return plan.points, plan.duration_s
     x, y, z = _point(debris_position)
     return ((x, y, z - rules.closing_depth_m),) * mu_count, rules.closing_duration_s
 

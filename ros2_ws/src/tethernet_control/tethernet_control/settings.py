@@ -158,10 +158,16 @@ class MissionParameters:
     )
     capture_duration_s: float = parameter("From the start of closing to the verdict", unit="s", low=1.0, high=1000.0)
     closing_plan: str = parameter(
-        "8 MUs: planned: where the MUs meet is chosen at the trigger from the debris' attitude and the net's reach; "
+        "8 MUs: planned: where the MUs meet is chosen from the debris' attitude and the net's reach; "
         "fixed: one place behind the debris' centre, as in the paper",
         choices=("planned", "fixed"),
     )
+    plan_ahead_s: float = parameter(
+        "planned: the plan is begun so long before the trigger is expected, and made in parts, one each control tick, "
+        "10 ticks at most; where the trigger comes before it is whole, all of it is made at the trigger, and in real "
+        "time the closing may begin late; 0: always so",
+        unit="s", low=0.0, high=10.0,
+    )  # fmt: skip
     target_radius_m: float = parameter(
         "Radius of the debris' cylinder, as known to the planner", unit="m", low=0.1, high=10.0
     )

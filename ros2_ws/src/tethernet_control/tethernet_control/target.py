@@ -20,14 +20,32 @@ def axis_after(axis: np.ndarray, rate: np.ndarray, duration: float, radius: floa
         radius: of the cylinder [m].
         length: of the cylinder [m].
     """
+    return tumbled(axis, axis, rate, duration, radius, length)
+
+
+def tumbled(
+    vector: np.ndarray, axis: np.ndarray, rate: np.ndarray, duration: float, radius: float, length: float
+) -> np.ndarray:
+    """A vector that circles round the angular momentum of a freely tumbling cylinder as its long axis does: that axis
+    itself, or the angular rate.
+
+    Args:
+        vector: now, shape (3,).
+        axis: the long axis now, unit vector, shape (3,).
+        rate: angular rate now [rad/s], shape (3,).
+        duration: [s].
+        radius: of the cylinder [m].
+        length: of the cylinder [m].
+    """
     inertia_ratio = 6.0 * radius**2 / (3.0 * radius**2 + length**2)  # along the axis over across it
     along = float(rate @ axis) * axis
     turn = (rate - along + inertia_ratio * along) * duration
     angle = float(np.linalg.norm(turn))
     if angle == 0.0:
-        return axis
+        return vector
     u = turn / angle
-    return axis * math.cos(angle) + np.cross(u, axis) * math.sin(angle) + u * float(u @ axis) * (1.0 - math.cos(angle))
+    cosine, sine = math.cos(angle), math.sin(angle)
+    return vector * cosine + np.cross(u, vector) * sine + u * float(u @ vector) * (1.0 - cosine)
 
 
 class Outline:
@@ -50,6 +68,10 @@ class Outline:
         self.sideways = sideways
         self.points = np.stack([np.sin(angle) * distance, np.cos(angle) * distance], axis=1)
         """From front (+z) to back, (sideways, z) [m], shape (K, 2)."""
+        # The string leaves the outline at the first edge whose outer side the target lies on: cross product of edge and
+        # target above that of edge and the edge's own line.
+        self._edge_x, self._edge_z = np.diff(self.points, axis=0).T
+        self._level = self._edge_x * self.points[:-1, 1] - self._edge_z * self.points[:-1, 0]
         self._arc = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(self.points, axis=0), axis=1))])
 
     def path_length(self, targets: np.ndarray) -> np.ndarray:
@@ -60,10 +82,7 @@ class Outline:
         """
         flat = np.stack([targets[:, :2] @ self.sideways, targets[:, 2]], axis=1)
         beside = targets[:, 0] * self.sideways[1] - targets[:, 1] * self.sideways[0]
-        edge = np.diff(self.points, axis=0)
-        to = flat[:, None, :] - self.points[None, :-1, :]
-        # The string leaves the outline at the first edge whose outer side the target lies on.
-        outer = edge[:, 0] * to[:, :, 1] - edge[:, 1] * to[:, :, 0] > 0.0
+        outer = self._edge_x * flat[:, 1:] - self._edge_z * flat[:, :1] > self._level
         leaves = np.where(outer.any(axis=1), outer.argmax(axis=1), _OUTLINE - 1)
         length = self._arc[leaves] + np.linalg.norm(flat - self.points[leaves], axis=1)
         return np.hypot(length, beside)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 
 import numpy as np
 
@@ -32,17 +32,24 @@ class Lookout:
         """Tells the debris' newest motion."""
         self._mu_count, self._rules = mu_count, rules
         self._patience_ns = (_PATIENCE * control.status_every + control.watchdog_periods) * control.period_ns
-        self._positions = self._velocities = np.zeros((0, 3))
+        self._positions: Sequence[closing.Point] = ()
+        self._velocities: Sequence[closing.Point] = ()
         self._silent: set[int] = set()
         self._stamp_ns = 0
         self._answered_ns: dict[int, int] = {}
 
-    def saw_mus(self, stamp_ns: int, positions, velocities, silent: Iterable[int] = ()) -> None:
+    def saw_mus(
+        self,
+        stamp_ns: int,
+        positions: Sequence[closing.Point],
+        velocities: Sequence[closing.Point],
+        silent: Iterable[int] = (),
+    ) -> None:
         """Where the MUs are.
 
         Args:
             stamp_ns: time [ns].
-            positions: flat or (M, 3) [m], MU 1 first.
+            positions: of those that were ever heard of, (M, 3) [m], MU 1 first.
             velocities: likewise [m/s].
             silent: MUs (from 1) of whom nothing is heard.
         """

@@ -58,6 +58,7 @@ class PlannerNode(Node):
     def __init__(self):
         super().__init__("planner", **NODE_OPTIONS)
         self._settings, control, self._rules = declare(self, *self.PARAMETERS)
+        self._period_ns = control.period_ns
         try:
             policies.check(self._settings.policy, self._settings.mu_count)
         except policies.PolicyError as error:
@@ -85,12 +86,11 @@ class PlannerNode(Node):
         self.create_subscription(Odometry, topics.DEBRIS_ODOMETRY, self._on_debris, STATE_BACKLOG, raw=True)
         for mu in range(1, mu_count + 1):
             self.create_subscription(MuStatus, topics.mu_status(mu), self._on_status, STATE)
-        self._swarm = None
+        self._pairs = DockedPairs(mu_count, self._rules.docking_distance_m)
+        self._swarm = SwarmCentroid(mu_count, control.watchdog_periods * control.period_ns)
         if self._settings.simulated:
             self.create_subscription(NetState, topics.NET_STATE, self._on_net, BULK)
-        else:
-            self._pairs = DockedPairs(mu_count, self._rules.docking_distance_m)
-            self._swarm = SwarmCentroid(mu_count, control.watchdog_periods * control.period_ns)
+        if not self._settings.simulated or design(mu_count).closes_by_docking:
             for mu in range(1, mu_count + 1):
                 self.create_subscription(
                     Odometry, topics.mu_odometry(mu), lambda data, mu=mu: self._on_mu(mu, data), CONTROL, raw=True
@@ -107,6 +107,7 @@ class PlannerNode(Node):
         if stamp_ns <= self._net_ns:
             self._drop("net state", "its stamp is not newer than the last one")
             return
+        self._decide(complete=False)  # a tick that still lacks an MU's odometry does without now that time has gone on
         center = coordinates(message.center_of_mass)
         if not finite(*center):
             # The tick is still decided on, with nothing known of the net: a lock-step simulator waits for the
@@ -114,7 +115,6 @@ class PlannerNode(Node):
             self._drop("net state", "its centre of mass is not finite")
             center = _UNKNOWN
         self._net, self._net_ns, self._locked = center, stamp_ns, message.locked
-        self._lookout.saw_mus(stamp_ns, message.mu_positions, message.mu_velocities)
         self._decide()
 
     def _on_debris(self, data: bytes) -> None:
@@ -133,28 +133,33 @@ class PlannerNode(Node):
             return
         swarm = self._swarm
         tick = swarm.update(mu, stamp_ns, position, velocity)
+        if self._settings.simulated:
+            self._decide()
+            return
         self._sequencer.saw_time(stamp_ns)
         if tick is not None:
-            self._newest_measurement_s = time.monotonic()
             if self._sequencer.mission.closing:
                 self._pairs.update(swarm.positions)
-            mus = range(1, self._settings.mu_count + 1)
-            self._lookout.saw_mus(
-                tick.stamp_ns, [swarm.positions[m] for m in mus], [swarm.velocities[m] for m in mus], swarm.behind
-            )
-            debris = self._debris.position or _UNKNOWN
-            self._sequencer.measured(tick.stamp_ns, tick.position, debris, self._pairs.locked, self._lookout.look)
+            self._measured(tick.stamp_ns, tick.position, self._pairs.locked)
 
-    def _decide(self) -> None:
-        """Decide on the newest tick that both the net and the debris are known of."""
+    def _decide(self, complete: bool = True) -> None:
+        """Decide on the newest tick that net, debris and, when it shall be ``complete``, the MUs are known of."""
         stamp_ns = self._net_ns
         if stamp_ns <= self._decided_ns or self._debris.stamp_ns < stamp_ns:
             return
+        if complete and self._swarm.awaited(stamp_ns, self._period_ns):
+            return
         self._decided_ns = stamp_ns
+        self._measured(stamp_ns, self._net, self._locked)
+
+    def _measured(self, stamp_ns: int, net_position, locked) -> None:
         self._newest_measurement_s = time.monotonic()
-        self._sequencer.measured(
-            stamp_ns, self._net, self._debris.position or _UNKNOWN, self._locked, self._lookout.look
+        positions, velocities = self._swarm.positions, self._swarm.velocities
+        mus = sorted(positions)
+        self._lookout.saw_mus(
+            stamp_ns, [positions[mu] for mu in mus], [velocities[mu] for mu in mus], self._swarm.behind
         )
+        self._sequencer.measured(stamp_ns, net_position, self._debris.position or _UNKNOWN, locked, self._lookout.look)
 
     def _debris_motion(self) -> DebrisMotion | None:
         """From its newest odometry; None where there is none."""
@@ -213,9 +218,10 @@ class PlannerNode(Node):
                 f"nobody has told where the debris is: publish {topics.DEBRIS_ODOMETRY}, "
                 "or set the parameter debris_position"
             )
-        if self._swarm is not None and self._swarm.missing:
-            raise ValueError(f"no odometry from {mu_names(self._swarm.missing)}: start the drivers first")
-        for mu, late_ns in (self._swarm.behind if self._swarm is not None else {}).items():
+        drivers = None if self._settings.simulated else self._swarm
+        if drivers is not None and drivers.missing:
+            raise ValueError(f"no odometry from {mu_names(drivers.missing)}: start the drivers first")
+        for mu, late_ns in (drivers.behind if drivers is not None else {}).items():
             raise ValueError(
                 f"the newest odometry of MU {mu} is {late_ns * 1e-9:.2f} s older than the newest of all: "
                 "its driver has stopped or the clocks are not synchronised"

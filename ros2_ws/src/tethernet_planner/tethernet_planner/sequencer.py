@@ -12,6 +12,7 @@ import time
 from collections.abc import Callable, Iterable
 
 from tethernet_control.mission import Mission, Phase, abort, advance, arm, check_debris_position, launch
+from tethernet_control.plan_ahead import PlanAhead
 from tethernet_control.settings import NANOSECOND_S, ControlParameters, MissionParameters
 
 Publish = Callable[[Mission, int, bool, str], None]
@@ -48,6 +49,7 @@ class MissionSequencer:
         """Newest time anything was measured at [ns]."""
         self._mus = frozenset(range(1, mu_count + 1))
         self._rules, self._control = rules, control
+        self._ahead = PlanAhead(rules)
         self._publish, self._beat, self._clock = publish, beat, clock
         self._awaited: set[int] = set()
         self._deadline_s = math.inf
@@ -107,7 +109,15 @@ class MissionSequencer:
         self.saw_time(stamp_ns)
         if self.confirmed:
             after = advance(
-                self.mission, stamp_ns, net_position, debris_position, self._rules, self._control, locked, look
+                self.mission,
+                stamp_ns,
+                net_position,
+                debris_position,
+                self._rules,
+                self._control,
+                locked,
+                look,
+                self._ahead,
             )
             if after is self.mission:
                 self._beat(stamp_ns)

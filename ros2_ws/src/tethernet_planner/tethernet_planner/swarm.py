@@ -1,4 +1,6 @@
-"""What the MUs' odometry tells of the net where nothing measures the net itself: real MUs without a simulator."""
+"""What the MUs' odometry tells: where they are and, where nothing measures the net itself, where that is (real MUs
+without a simulator).
+"""
 
 from __future__ import annotations
 
@@ -50,6 +52,20 @@ class SwarmCentroid:
         """MUs that are left out now, with how far their newest sample is behind the newest of all [ns]."""
         newest_ns = max(self._stamps.values(), default=0)
         return {mu: newest_ns - stamp for mu, stamp in self._stamps.items() if newest_ns - stamp > self._silent_ns}
+
+    def awaited(self, stamp_ns: int, period_ns: int) -> set[int]:
+        """MUs whose sample of a control tick is still to come: those that keep step with the ticks and have not fallen
+        silent. Whose stamps lie between the ticks is never waited for: its newest sample is as good as any.
+
+        Args:
+            stamp_ns: of the tick [ns].
+            period_ns: control period [ns].
+        """
+        return {
+            mu
+            for mu, stamp in self._stamps.items()
+            if stamp % period_ns == 0 and 0 < stamp_ns - stamp <= self._silent_ns
+        }
 
     def update(self, mu: int, stamp_ns: int, position: Point, velocity: Point = (0.0, 0.0, 0.0)) -> SwarmTick | None:
         """Take one sample; samples out of order are ignored.

@@ -28,6 +28,10 @@ class MuFailure:
         """True once the MU has failed."""
         return self._begin_ns is not None and stamp_ns >= self._begin_ns
 
+    def mute(self, stamp_ns: int) -> bool:
+        """True once the MU gives no odometry any more."""
+        return self.begun(stamp_ns) and self._failure.kind == "no_odometry"
+
     def silent(self, stamp_ns: int) -> bool:
         """True once everybody knows, because the MU's odometry is too old."""
         return (

@@ -13,6 +13,7 @@ import numpy as np
 from tethernet_control import closing
 from tethernet_control.mission import Mission, Phase, advance, arm, launch, seconds_between
 from tethernet_control.parameters import load
+from tethernet_control.plan_ahead import PlanAhead
 from tethernet_control.settings import NANOSECOND_S, ControlParameters, MissionParameters, paper
 
 from .capture_quality import QualityParameters, captured, hull_quality, mouth_area, verdict
@@ -133,7 +134,9 @@ class _Flight:
             settings.control,
         )
         self.missions = [launch(arm(Mission(mus), s.debris_position, ""), 0) for s in scenarios]
+        self.ahead = [PlanAhead(settings.mission) for _ in scenarios]
         self.noise = [OdometryNoise(s.seed, mus, settings.control) for s in scenarios]
+        self.heard_position, self.heard_velocity = np.zeros((2, batch, mus, 3))
         self.aim = np.array([s.aiming_points() for s in scenarios])
         self.close = self.aim.copy()
         self.start = np.zeros((batch, mus, 3))
@@ -211,6 +214,7 @@ class _Flight:
         velocity[flying] += noise[:, :, 1]
         if stamp_ns == 0:
             self.start[:] = position
+        self._hear(flying, stamp_ns, position, velocity)
         for b in flying:
             mission = self.missions[b]
             if mission.closing:
@@ -228,6 +232,15 @@ class _Flight:
             self.estimate, self.covariance, self.integral, self.carry, self.thrust, self.largest_error,
         )  # fmt: skip
 
+    def _hear(self, flying: np.ndarray, stamp_ns: int, position: np.ndarray, velocity: np.ndarray) -> None:
+        """Keep the MUs' odometry as the planner has it: of an MU that has fallen silent, the last sample."""
+        heard = np.zeros(position.shape[:2], bool)
+        heard[flying] = True
+        for b in flying:
+            if self.failures[b].mute(stamp_ns):
+                heard[b, self.failures[b].mu] = False
+        self.heard_position[heard], self.heard_velocity[heard] = position[heard], velocity[heard]
+
     def _fired(self, flying: np.ndarray, stamp_ns: int) -> np.ndarray:
         """What the thrusters do of what was commanded [N], (B, M, 3): the same, but where an MU has failed."""
         fired = self.thrust
@@ -238,12 +251,12 @@ class _Flight:
         return fired
 
     def _look(self, b: int, stamp_ns: int) -> closing.Sight:
-        """What the planner knows of one scenario with 8 MUs."""
-        mus = self.world.mus_as_published(b)
+        """What the planner knows of one scenario with 8 MUs: their odometry, and the debris as it is."""
+        mus = self.heard_position[b].copy()
         lost = list(closing.off_course(mus, self.aim[b], self.settings.mission))
         if self.failures[b].silent(stamp_ns):
             lost[self.failures[b].mu] = True
-        return closing.sight(mus, self.world.mu_velocities_as_published(b), *self.world.body_motion(b, DEBRIS), lost)
+        return closing.sight(mus, self.heard_velocity[b].copy(), *self.world.body_motion(b, DEBRIS), lost)
 
     def _decide(self, flying: np.ndarray, stamp_ns: int) -> np.ndarray:
         """The planner's part: trigger, end. Returns the scenarios that fly on."""
@@ -265,6 +278,7 @@ class _Flight:
                 control,
                 self.world.state.locked[b],
                 lambda b=b: self._look(b, stamp_ns),
+                self.ahead[b],
             )
             if self.missions[b].phase.over:
                 self.outcomes[b] = self._outcome(b, stamp_ns)

@@ -1,0 +1,160 @@
+"""The closing plan made before the trigger."""
+
+import math
+
+import numpy as np
+import pytest
+
+from tethernet_control import closing
+from tethernet_control.layout import design
+from tethernet_control.mission import Mission, Phase, advance, arm, launch
+from tethernet_control.parameters import load
+from tethernet_control.plan_ahead import PlanAhead
+from tethernet_control.settings import ControlParameters, MissionParameters
+
+CONTROL, RULES = load(ControlParameters), load(MissionParameters)
+PERIOD = CONTROL.period_ns
+DEBRIS = (0.0, 0.0, -50.0)
+SPEED = 2.0  # [m/s]
+MOUTH = np.array([(x, y, 0.0) for x, y in design(8).nominal_offsets])
+ATTITUDE = (0.1, 0.5, 0.1, math.sqrt(0.73))
+TURNING = (0.0, 0.06, 0.0)
+
+
+class Approach:
+    """A net that flies to a tumbling debris at constant speed; counts what is asked and worked for."""
+
+    def __init__(self, monkeypatch, rules=RULES, ahead=True, far=10.0):
+        self.mission = launch(arm(Mission(8), DEBRIS, "nominal"), 0)
+        self.rules, self.far = rules, far
+        self.ahead = PlanAhead(rules) if ahead else None
+        self.tick = self.looks = self.parts = 0
+        self.work = []
+        best = closing._Places.best
+
+        def counted(places, bunch):
+            self.parts += 1
+            return best(places, bunch)
+
+        monkeypatch.setattr(closing._Places, "best", counted)
+
+    def distance(self, tick):
+        return self.far - SPEED * tick * CONTROL.control_period_s
+
+    def net(self, tick):
+        return (0.0, 0.0, DEBRIS[2] + self.distance(tick))
+
+    def sight(self, tick):
+        places, velocities = MOUTH + self.net(0), np.tile((0.0, 0.0, -SPEED), (8, 1))
+        at_first = closing.sight(places, velocities, DEBRIS, ATTITUDE, (0.0,) * 3, TURNING)
+        return closing.foreseen(at_first, tick * CONTROL.control_period_s, self.rules)
+
+    def look(self):
+        self.looks += 1
+        return self.sight(self.tick)
+
+    def step(self, net=None):
+        """One control tick; returns the parts of plans that were worked on."""
+        before = self.parts
+        self.mission = advance(
+            self.mission, self.tick * PERIOD, self.net(self.tick) if net is None else net, DEBRIS, self.rules, CONTROL,
+            look=self.look, ahead=self.ahead,
+        )  # fmt: skip
+        self.tick += 1
+        self.work.append(self.parts - before)
+        return self.work[-1]
+
+    def fly(self):
+        while self.mission.phase == Phase.DEPLOYING:
+            self.step()
+        return self.mission
+
+
+def test_nothing_is_worked_out_at_the_trigger_and_little_at_any_tick(monkeypatch):
+    flight = Approach(monkeypatch)
+    mission = flight.fly()
+    assert mission.closing_ns == flight.tick * PERIOD, "one tick after the trigger"
+    assert flight.work[-1] == 0
+    assert max(flight.work) == 1
+    assert sum(flight.work) == closing.MOST_PARTS, "one plan"
+    assert flight.looks == 1
+    first = next(tick for tick, parts in enumerate(flight.work) if parts)
+    assert (len(flight.work) - 1 - first) * PERIOD == pytest.approx(RULES.plan_ahead_s * 1e9, abs=PERIOD)
+
+
+def test_without_planning_ahead_all_of_it_is_done_at_the_trigger(monkeypatch):
+    never = load(MissionParameters, {"plan_ahead_s": 0})
+    for flight in (Approach(monkeypatch, ahead=False), Approach(monkeypatch, never)):
+        flight.fly()
+        assert flight.work[-1] == sum(flight.work) == closing.MOST_PARTS
+
+
+def test_the_plan_is_the_one_for_what_is_seen_at_the_trigger(monkeypatch):
+    flight = Approach(monkeypatch)
+    mission = flight.fly()
+    at_the_trigger = closing.plan(flight.sight(flight.tick - 1), RULES)
+    assert np.allclose(mission.closing_points, at_the_trigger.points, atol=0.1)
+    assert mission.closing_duration_s == pytest.approx(at_the_trigger.duration_s)
+    before = closing.plan(flight.sight(flight.tick - 21), RULES)
+    assert not np.allclose(mission.closing_points, before.points, atol=0.1), "the debris turns in the meantime"
+
+
+def test_the_same_measurements_give_the_same_plan(monkeypatch):
+    assert Approach(monkeypatch).fly() == Approach(monkeypatch).fly()
+
+
+def test_a_trigger_out_of_the_blue_is_planned_at_once(monkeypatch):
+    flight = Approach(monkeypatch, far=2.0)
+    flight.fly()
+    assert flight.work == [closing.MOST_PARTS]
+    flight = Approach(monkeypatch, far=30.0)
+    flight.step()
+    flight.step(net=(0.0, 0.0, DEBRIS[2] + 1.0))
+    assert flight.mission.phase == Phase.CLOSING
+    assert flight.work == [0, closing.MOST_PARTS]
+
+
+def test_a_net_that_waits_before_the_debris_is_planned_anew(monkeypatch):
+    flight = Approach(monkeypatch)
+    while sum(flight.work) != closing.MOST_PARTS:
+        flight.step()
+    here = flight.net(flight.tick)
+    for _ in range(100):
+        flight.step(net=here)
+    assert max(flight.work) == 1
+    flight.step(net=(0.0, 0.0, DEBRIS[2] + 2.4))
+    assert flight.mission.phase == Phase.CLOSING
+    assert flight.work[-1] == closing.MOST_PARTS, "the plan is too old by now"
+
+
+def test_a_net_that_comes_slowly_is_planned_again_and_again(monkeypatch):
+    ahead, looks = PlanAhead(RULES), []
+
+    def look():
+        looks.append(1)
+        return closing.sight(MOUTH + DEBRIS, np.zeros((8, 3)), DEBRIS, ATTITUDE, (0.0,) * 3, TURNING)
+
+    for tick in range(101):
+        distance = RULES.trigger_distance_m + 0.06 * math.exp(-0.06 * tick)
+        ahead.watch(tick * PERIOD, (0.0, 0.0, DEBRIS[2] + distance), DEBRIS, look)
+    assert ahead.ready(100 * PERIOD) is not None
+    assert ahead.ready(400 * PERIOD) is None, "too old"
+    assert len(looks) <= 6, "no oftener than every plan_ahead_s"
+
+
+def test_nothing_is_planned_of_what_is_not_known(monkeypatch):
+    ahead = PlanAhead(RULES)
+    for tick in range(200):
+        distance = 10.0 - 0.05 * tick
+        ahead.watch(tick * PERIOD, (math.nan, 0.0, DEBRIS[2] + distance), DEBRIS, lambda: pytest.fail("asked"))
+        ahead.watch(tick * PERIOD, (0.0, 0.0, DEBRIS[2] + max(distance, 3.0)), DEBRIS, lambda: None)
+    assert ahead.ready(200 * PERIOD) is None
+
+
+def test_winches_and_the_paper_need_no_plan(monkeypatch):
+    fixed = Approach(monkeypatch, load(MissionParameters, {"closing_plan": "fixed"}))
+    fixed.fly()
+    winches = Approach(monkeypatch)
+    winches.mission = launch(arm(Mission(4), DEBRIS, "nominal"), 0)
+    winches.fly()
+    assert sum(fixed.work) == sum(winches.work) == fixed.looks == winches.looks == 0
