@@ -3,9 +3,12 @@
 
 import sys
 
-from bootstrap.python_version import require_allowed
+from bootstrap.first import begin
 
 if __name__ == "__main__":
+    begin(__file__)
+    from bootstrap.python_version import require_allowed
+
     require_allowed(sys.argv)
     from bootstrap.launch import launch
 

@@ -151,7 +151,11 @@ def _signals() -> Iterator[None]:
     def interrupt(number: int, frame: object) -> None:
         raise Interrupted(number)
 
-    before = {number: signal.signal(number, interrupt) for number in (signal.SIGTERM, signal.SIGHUP)}
+    before = {number: signal.getsignal(number) for number in (signal.SIGTERM, signal.SIGHUP)}
+    before = {number: handler for number, handler in before.items() if handler is not signal.SIG_IGN}  # of nohup
+    for number in before:
+        signal.signal(number, interrupt)
+    before[signal.SIGINT] = signal.signal(signal.SIGINT, signal.default_int_handler)  # a tool has to be ended
     try:
         yield
     finally:

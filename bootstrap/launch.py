@@ -8,6 +8,7 @@ import signal
 import sys
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
+from types import ModuleType
 from typing import NoReturn
 
 from . import ros, runtime
@@ -18,6 +19,8 @@ from .report import Report
 from .steps import PROFILES, ROS_PROFILES
 
 FAULT = 1
+QUIET_START = "tethernet_control/tethernet_control/quiet_start.py"
+"""Below ros2_ws/src; needs nothing but the standard library."""
 
 
 def launch(module: str, profile: str, arguments_file: str, argv: Sequence[str]) -> NoReturn:
@@ -31,7 +34,10 @@ def launch(module: str, profile: str, arguments_file: str, argv: Sequence[str]) 
             which nobody wants to wait for just to read of a typing error.
         argv: the words after the script's name.
     """
+    _load(QUIET_START).open_standard_streams()
     python, environment = prepare((profile,), lambda: _parse_early(arguments_file, argv))
+    # The module takes these as soon as it can (tethernet_control.command); until then they wait.
+    signal.pthread_sigmask(signal.SIG_BLOCK, (signal.SIGINT, signal.SIGTERM, signal.SIGHUP))
     # -P: a file in the user's working folder must not take the place of a library.
     run_in([python, "-P", "-m", module, *argv], environment)
 
@@ -57,7 +63,8 @@ def prepare(
         if fresh or pending(places, steps):
             before()
             ensure(places, steps, report, fresh=fresh)
-        return str(places.python), dict(os.environ) if own_ros else runtime.environment(places, os.environ)
+        given = _load(QUIET_START).absolute_search_paths(os.environ)
+        return str(places.python), given if own_ros else runtime.environment(places, given)
     except SetupError as error:
         report.say(f"Set-up failed: {error}")
         sys.exit(FAULT)
@@ -98,14 +105,22 @@ def _own_ros(given: Mapping[str, str], report: Report) -> bool:
 
 def _parse_early(arguments_file: str, argv: Sequence[str]) -> None:
     """Let the command line's own module look at it. Where that cannot be loaded, the command itself will complain."""
-    path = Path(venv_places().sources, arguments_file)
-    if not path.exists():
+    try:
+        module = _load(arguments_file)
+    except (ImportError, OSError):
         return
+    module.parse(list(argv))
+
+
+def _load(file: str) -> ModuleType:
+    """A module of the project that needs nothing but the standard library, from before the set-up.
+
+    Args:
+        file: below ros2_ws/src.
+    """
+    path = Path(venv_places().sources, file)
     spec = importlib.util.spec_from_file_location("_early_" + path.stem, path)
     module = importlib.util.module_from_spec(spec)
     sys.modules[spec.name] = module  # dataclasses look themselves up there
-    try:
-        spec.loader.exec_module(module)
-    except ImportError:
-        return
-    module.parse(list(argv))
+    spec.loader.exec_module(module)
+    return module

@@ -80,7 +80,14 @@ def test_a_path_that_tools_would_split_is_refused(tmp_path):
 
 
 @pytest.mark.parametrize(
-    "path", ["run_mission.py", "analyse_mission.py", "bootstrap/__init__.py", "bootstrap/python_version.py"]
+    "path",
+    [
+        "run_mission.py",
+        "analyse_mission.py",
+        "bootstrap/__init__.py",
+        "bootstrap/first.py",
+        "bootstrap/python_version.py",
+    ],
 )
 def test_what_runs_before_the_version_is_known_is_plain_enough_for_old_pythons(path):
     tree = ast.parse((ROOT / path).read_text(), feature_version=(3, 4))

@@ -2,6 +2,11 @@
 
 from __future__ import annotations
 
+if __name__ == "__main__":
+    from tethernet_control.command import command_start
+
+    command_start()
+
 import json
 import os
 import shlex
@@ -11,13 +16,21 @@ import time
 import uuid
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, TextIO
+from typing import TYPE_CHECKING
+
+from tethernet_control.command import complain, explain, let_go_of_closed_streams
+from tethernet_control.quiet_start import open_standard_streams
 
 from . import arguments
 from .interrupts import Interrupts
-from .outcome import ExitStatus, FlightRecord, build, describe, exit_status, write
+from .outcome import FILE_NAME, ExitStatus, FlightRecord, build, describe, exit_status, verdict, write
+from .run_folder import keep_traceback
 
 if TYPE_CHECKING:
+    from argparse import Namespace
+
+    from .flight import Flight
+    from .mission_parameters import MissionSetup
     from .progress import Display
     from .run_folder import RunFolder
 
@@ -32,58 +45,77 @@ def main(argv: Sequence[str] | None = None) -> int:
         Exit status, see :class:`tethernet_bringup.outcome.ExitStatus`.
     """
     began = time.monotonic()
-    try:
-        options = arguments.parse(sys.argv[1:] if argv is None else argv)
-    except SystemExit as exit_:
-        return int(exit_.code or 0)
-    if options.setup_only:
-        return ExitStatus.CAPTURED
-    if hasattr(sys.stdout, "reconfigure"):  # a folder's name may hold what the terminal cannot show
-        sys.stdout.reconfigure(errors="backslashreplace")
+    open_standard_streams()
     with Interrupts() as interrupts:
-        status = _run(options, interrupts, began)
-    _detach_closed(sys.stdout)
+        try:
+            options = arguments.parse(sys.argv[1:] if argv is None else argv)
+        except SystemExit as exit_:
+            status = int(exit_.code or 0)
+        else:
+            if hasattr(sys.stdout, "reconfigure"):  # a folder's name may hold what the terminal cannot show
+                sys.stdout.reconfigure(errors="backslashreplace")
+            status = ExitStatus.CAPTURED if options.setup_only else _run(options, interrupts, began)
+        let_go_of_closed_streams()
     return int(status)
 
 
-def _run(options, interrupts: Interrupts, began: float) -> ExitStatus:
-    from .dds_profile import use_profile, uses_profile
-    from .flight import Flight, FlightPlan
-    from .graph import exclusive_topics
+def _run(options: Namespace, interrupts: Interrupts, began: float) -> ExitStatus:
     from .mission_parameters import MissionParametersError, resolve
-    from .processes import mission_processes
     from .progress import Display
     from .run_folder import RunFolderError, make_run_folder
-    from .supervisor import Supervisor, mission_environment
 
-    display = Display(sys.stdout, 2.0)
     try:
         setup = resolve(options)
     except MissionParametersError as error:
         return _refuse(ExitStatus.USAGE, str(error))
+    interrupts.hold()  # from here on there is something to leave in order
     try:
         folder = make_run_folder(options.output, setup.mu_count, setup.scenario.seed)
-        commit = _commit()
-        setup = setup.recorded_in(folder.bag, folder.run_info)
-        folder.parameters.write_text(setup.yaml(), encoding="utf-8")
-        folder.run_info.write_text(json.dumps(_facts(setup, commit), indent=2) + "\n", encoding="utf-8")
-    except (RunFolderError, OSError) as error:
-        return _refuse(ExitStatus.FAULT, str(error))
+    except RunFolderError as error:
+        return _refuse(ExitStatus.USAGE if error.usage else ExitStatus.FAULT, str(error))
     display = Display(sys.stdout, setup.supervisor.report_period_s)
+    record = FlightRecord(mu_count=setup.mu_count, seed=setup.scenario.seed, policy=setup.policy, commit=_commit())
+    flight = None
+    try:
+        flight = _fly(options, setup, folder, record, interrupts, display, began)
+    except OSError as error:
+        record.faults.append(f"cannot prepare the mission under {folder.path}: {explain(error)}")
+    except Exception as error:  # not foreseen: end in order all the same, and keep what a developer needs
+        record.faults.append(keep_traceback(error, folder.logs))
+    status = _report(record, folder, display)
+    if flight is not None:
+        flight.leave(status)
+    return status
+
+
+def _fly(
+    options: Namespace,
+    setup: MissionSetup,
+    folder: RunFolder,
+    record: FlightRecord,
+    interrupts: Interrupts,
+    display: Display,
+    began: float,
+) -> Flight:
+    """Fly the mission; what comes of it goes into the record. The flight returned has yet to leave the graph."""
+    from .dds_profile import use_profile, uses_profile
+    from .flight import Flight, FlightPlan
+    from .graph import exclusive_topics
+    from .processes import mission_processes
+    from .supervisor import Supervisor, mission_environment
+
+    setup = setup.recorded_in(folder.bag, folder.run_info)
+    folder.parameters.write_text(setup.yaml(), encoding="utf-8")
+    folder.run_info.write_text(json.dumps(_facts(setup, record.commit), indent=2) + "\n", encoding="utf-8")
     for notice in (*options.notices, folder.shortage()):
         if notice:
             display.note(f"note: {notice}")
     display.note(_banner(setup, options, folder))
-
-    record = FlightRecord(mu_count=setup.mu_count, seed=setup.scenario.seed, policy=setup.policy, commit=commit)
     # This process is part of the graph too: it finds the nodes under the same environment.
-    try:
-        environment = mission_environment(options.domain_id, options.discovery, folder.logs)
-        protected = uses_profile(environment)
-        exclusive = exclusive_topics(setup.mu_count, setup.external, setup.simulated)
-        environment = use_profile(environment, folder.path, f"mission-{uuid.uuid4().hex}", exclusive)
-    except OSError as error:
-        return _refuse(ExitStatus.FAULT, f"cannot write under {folder.path}: {error.strerror or error}")
+    environment = mission_environment(options.domain_id, options.discovery, folder.logs)
+    protected = uses_profile(environment)
+    exclusive = exclusive_topics(setup.mu_count, setup.external, setup.simulated)
+    environment = use_profile(environment, folder.path, f"mission-{uuid.uuid4().hex}", exclusive)
     os.environ.pop("ROS_LOCALHOST_ONLY", None)
     os.environ.update(environment)
     plan = FlightPlan(
@@ -99,36 +131,37 @@ def _run(options, interrupts: Interrupts, began: float) -> ExitStatus:
     with Supervisor(folder.logs, environment, setup.supervisor) as supervisor:
         flight = Flight(plan, supervisor, interrupts, record, display, began)
         flight.fly()
-    try:
-        return _report(record, folder, display)
-    finally:
-        flight.leave()
+    return flight
 
 
 def _report(record: FlightRecord, folder: RunFolder, display: Display) -> ExitStatus:
-    """Write and tell how the mission went."""
+    """Write and say how the mission went, whatever that was."""
     from .recording import complaints, count_messages
 
-    record.messages = count_messages(folder.bag)
-    if record.launched and not record.faults:
-        if not record.messages:
-            record.faults.append(f"nothing was recorded under {folder.bag}")
-        record.warnings += complaints(folder.path)
-    content = build(record)
     try:
-        write(folder.path, content)
+        record.messages = count_messages(folder.bag)
+        if record.launched and not record.faults:
+            if not record.messages:
+                record.faults.append(f"nothing was recorded under {folder.bag}")
+            record.warnings += complaints(folder.path)
+        build(record)
+    except Exception as error:
+        record.faults.append(keep_traceback(error, folder.logs))
+        record.forget_what_was_heard()
+    try:
+        write(folder.path, build(record))
     except OSError as error:
-        record.faults.append(f"cannot write {folder.path / 'outcome.json'}: {error.strerror or error}")
-    display.note(
-        "\n".join(describe(record, content, folder.path, f"python analyse_mission.py {shlex.quote(str(folder.path))}"))
-    )
+        record.faults.append(f"cannot write {folder.path / FILE_NAME}: {error.strerror or error}")
+    command = f"python analyse_mission.py {shlex.quote(str(folder.path))}"
+    display.note("\n".join(describe(record, build(record), folder.path, command)))
     status = exit_status(record)
     if status == ExitStatus.FAULT:
-        _refuse(status, content["verdict"])
+        for reason in record.faults or [verdict(record)]:
+            _refuse(status, reason)
     return status
 
 
-def _facts(setup, commit: str) -> dict[str, str]:
+def _facts(setup: MissionSetup, commit: str) -> dict[str, str]:
     """What the recording says of itself."""
     return {
         "seed": str(setup.scenario.seed),
@@ -143,7 +176,7 @@ def _facts(setup, commit: str) -> dict[str, str]:
     }
 
 
-def _banner(setup, options, folder) -> str:
+def _banner(setup: MissionSetup, options: Namespace, folder: RunFolder) -> str:
     scenario = setup.scenario
     x, y, z = scenario.debris_position
     place = f"debris at ({x:g}, {y:g}, {z:g}) m"
@@ -161,11 +194,7 @@ def _banner(setup, options, folder) -> str:
 
 
 def _refuse(status: ExitStatus, reason: str) -> ExitStatus:
-    print(
-        f"{arguments.PROGRAM}: {'error' if status == ExitStatus.USAGE else 'fault'}: {reason}",
-        file=sys.stderr,
-        flush=True,
-    )
+    complain(f"{'error' if status == ExitStatus.USAGE else 'fault'}: {reason}", arguments.PROGRAM)
     return status
 
 
@@ -179,14 +208,6 @@ def _commit() -> str:
     except (OSError, subprocess.SubprocessError):
         return "unknown"
     return done.stdout.strip() or "unknown"
-
-
-def _detach_closed(stream: TextIO) -> None:
-    """Keep the interpreter from complaining at its end about a reader that went away."""
-    try:
-        stream.flush()
-    except BrokenPipeError:
-        os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
 
 
 if __name__ == "__main__":

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import sys
 import time
-import traceback
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
@@ -18,6 +17,7 @@ from .interrupts import Interrupts, MissionInterrupt
 from .nodes import mu_of
 from .outcome import FlightRecord
 from .progress import Display
+from .run_folder import keep_traceback
 from .supervisor import Exit, NodeProcess, Supervisor
 from .supervisor_settings import SupervisorParameters
 
@@ -116,16 +116,18 @@ class Flight:
         except OSError as error:
             self._fault(f"cannot start the nodes: {error}")
         except Exception as error:  # not foreseen: end in order all the same, and keep what a developer needs
-            log = self._supervisor.log_folder / "run_mission.log"
-            log.write_text("".join(traceback.format_exception(error)), encoding="utf-8")
-            self._fault(f"{type(error).__name__}: {error} (traceback in {log})")
+            self._fault(keep_traceback(error, self._supervisor.log_folder))
         finally:
             self._end()
 
-    def leave(self) -> None:
-        """Leave the graph, once: after all is written and told, because the middleware may hang in it."""
+    def leave(self, status: int) -> None:
+        """Leave the graph, once: after all is written and told, because the middleware may hang in it.
+
+        Args:
+            status: the process' exit status, which it then keeps all the same.
+        """
         if self._monitor is not None:
-            self._monitor.close()
+            self._monitor.close(status)
             self._monitor = None
             self._supervisor.clean()  # saying goodbye to a node that was killed makes its segments anew
 

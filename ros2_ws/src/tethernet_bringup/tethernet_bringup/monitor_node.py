@@ -47,9 +47,13 @@ class Monitor:
         for mu in range(1, record.mu_count + 1):
             subscribe(MuStatus, topics.mu_status(mu), self._on_status, qos.STATE)
 
-    def close(self) -> None:
-        """Leave the graph. Should the middleware hang in it for good, SIGALRM ends this process."""
-        bound_the_end()
+    def close(self, status: int) -> None:
+        """Leave the graph. Should the middleware hang in it for good, this process ends all the same.
+
+        Args:
+            status: its exit status then.
+        """
+        bound_the_end(status)
         self._executor.remove_node(self._node)
         self._executor.shutdown()
         self._node.destroy_node()

@@ -78,6 +78,11 @@ class FlightRecord:
         """True once a launch time is known."""
         return self.launch_ns is not None
 
+    def forget_what_was_heard(self) -> None:
+        """Go back to what this command knows of itself, where what it has heard cannot be made sense of."""
+        self.state = self.progress = self.trigger = self.final = self.sim = None
+        self.statuses = {}
+
     def take_state(self, state: Any) -> None:
         """Take over a newer state of the mission."""
         self.state = state
@@ -104,7 +109,11 @@ def nanoseconds(stamp) -> int:
 
 
 def build(record: FlightRecord) -> dict[str, Any]:
-    """The content of ``outcome.json``; null stands for what is not known or was not measured."""
+    """The content of ``outcome.json``; null stands for what is not known or was not measured.
+
+    ``captured`` is what the exit status says: true with 0, and false with every other.
+    """
+    status = exit_status(record)
     final, trigger = record.final, record.trigger
     closing = record.state is not None and nanoseconds(record.state.closing_time) > 0
     late = sum(record.sim.late_commands) if record.sim is not None else 0
@@ -112,8 +121,9 @@ def build(record: FlightRecord) -> dict[str, Any]:
     ended = record.phase in (Phase.COMPLETE, Phase.MISSED)
     trigger_time = _time(record, "closing_time") if closing and record.launched else None
     end_time = _time(record, "end_time") if ended and record.launched else None
-    return {
-        "captured": bool(final.captured) if final is not None else False,
+    content = {
+        "captured": status == ExitStatus.CAPTURED,
+        "exit_status": int(status),
         "verdict": verdict(record),
         "cqi": _number(final, "cqi"),
         "locked_pairs": int(final.locked_pairs) if final is not None else None,
@@ -151,6 +161,16 @@ def build(record: FlightRecord) -> dict[str, Any]:
         "warnings": list(record.warnings),
         "faults": list(record.faults),
     }
+    return _finite(content)
+
+
+def _finite(value: Any) -> Any:
+    """The same with null for every number that JSON does not have."""
+    if isinstance(value, dict):
+        return {key: _finite(entry) for key, entry in value.items()}
+    if isinstance(value, list | tuple):
+        return [_finite(entry) for entry in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
 def _prediction(record: FlightRecord) -> dict[str, Any] | None:

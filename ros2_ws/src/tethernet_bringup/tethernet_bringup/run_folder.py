@@ -3,16 +3,27 @@
 from __future__ import annotations
 
 import datetime
+import errno
 import shutil
+import traceback
 from dataclasses import dataclass
 from pathlib import Path
+
+from tethernet_control.command import shortened
 
 ROOMY_BYTES = 200_000_000
 """Less free space than this is worth a warning: a recording takes some tens of megabytes."""
 
 
+_BAD_NAMES = (errno.ENAMETOOLONG, errno.ELOOP, errno.EILSEQ)
+"""What the operating system says of names that can be no folder's, whatever the disk holds."""
+
+
 class RunFolderError(Exception):
     """The output folder cannot be used: what was given and why."""
+
+    usage = False
+    """Whether the name itself cannot be meant."""
 
 
 @dataclass(frozen=True)
@@ -69,8 +80,30 @@ def make_run_folder(output: str, mu_count: int, seed: int) -> RunFolder:
             folder.logs.mkdir()
             return folder
     except OSError as error:
-        raise RunFolderError(
-            f"--output {output}: cannot make a run's folder there: {error.strerror or error}; "
+        refusal = RunFolderError(
+            f"--output {shortened(output)}: cannot make a run's folder there: {error.strerror or error}; "
             "allowed: a folder that you may write to"
-        ) from error
-    raise RunFolderError(f"--output {output}: a thousand runs named {stem} are there already")
+        )
+        refusal.usage = error.errno in _BAD_NAMES
+        raise refusal from error
+    raise RunFolderError(f"--output {shortened(output)}: a thousand runs named {stem} are there already")
+
+
+def keep_traceback(error: Exception, logs: Path) -> str:
+    """Keep what a developer needs of an error that nobody has foreseen.
+
+    Args:
+        error: caught.
+        logs: folder of the run's logs.
+
+    Returns:
+        The error in one line for the user, with the place of the traceback.
+    """
+    told = f"{type(error).__name__}: {shortened(str(error), 500)}"
+    log = logs / "run_mission.log"
+    try:
+        with log.open("a", encoding="utf-8", errors="backslashreplace") as file:
+            file.writelines(traceback.format_exception(error))
+    except OSError as unwritten:
+        return f"{told} (its traceback cannot be written to {log}: {unwritten.strerror})"
+    return f"{told} (traceback in {log})"

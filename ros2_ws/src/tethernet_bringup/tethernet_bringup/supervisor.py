@@ -16,6 +16,8 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from tethernet_control.quiet_start import absolute_search_paths
+
 from . import shared_memory
 from .supervisor_settings import SupervisorParameters
 
@@ -105,6 +107,7 @@ def mission_environment(
         base: the environment to take from.
     """
     kept = {name: value for name, value in base.items() if name in _KEPT or name.startswith(_KEPT_PREFIXES)}
+    kept = absolute_search_paths(kept)
     kept.setdefault("HOME", str(log_folder))  # rcl refuses to start without
     kept.update(dict.fromkeys(_ONE_THREAD, "1"))  # a dozen processes share the cores already
     kept.update(
@@ -114,6 +117,7 @@ def mission_environment(
         RCUTILS_COLORIZED_OUTPUT="0",
         RCUTILS_LOGGING_USE_STDOUT="0",
         PYTHONUNBUFFERED="1",
+        PYTHONSAFEPATH="1",  # as -P, for whatever a node starts
     )
     kept.pop("ROS_LOCALHOST_ONLY", None)  # deprecated, and it would overrule the discovery range
     return kept
@@ -154,7 +158,8 @@ class Supervisor:
         Raises:
             OSError: when its log cannot be written or the process cannot be made.
         """
-        command = [sys.executable, "-m", "tethernet_bringup.child", node.module, *node.arguments]
+        # -P: a file in the user's working folder must not take the place of a library.
+        command = [sys.executable, "-P", "-m", "tethernet_bringup.child", node.module, *node.arguments]
         with self._log_path(node.name).open("wb") as log:
             process = subprocess.Popen(
                 command, stdin=self._read_end, stdout=log, stderr=subprocess.STDOUT,
