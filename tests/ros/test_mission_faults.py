@@ -1,5 +1,6 @@
 """What goes wrong is said in one sentence, counted, and never left hanging."""
 
+import os
 import resource
 import signal
 import sys
@@ -87,6 +88,16 @@ def test_an_essential_node_killed_in_flight_ends_the_mission(tmp_path, domain_id
         assert mission.outcome["captured"] is False
         if node != "recorder":
             assert len(read_bag(mission.run)["/mu3/thrust"]) > 10
+
+
+def test_a_planner_that_hangs_in_flight_ends_the_mission(tmp_path, domain_id):
+    patience = short(tmp_path, 40.0, hang_timeout_s=2.0)
+    with MissionCommand(tmp_path / "runs", domain_id, "--pace", "realtime", *patience) as mission:
+        mission.wait_for(FLYING)
+        os.kill(mission.nodes()["planner"], signal.SIGSTOP)
+        assert mission.finish() == 1, mission.text
+        assert mission.outcome["verdict"] == "planner hangs: it has answered nothing for 2 s"
+        assert len(read_bag(mission.run)["/mu3/thrust"]) > 10
 
 
 def test_a_full_disk_ends_the_mission_and_keeps_what_was_recorded(tmp_path, domain_id):

@@ -161,3 +161,12 @@ def test_an_end_before_launch_is_told_although_some_controllers_were_never_heard
     record.statuses = {3: status(0.0, fuel=0.0)}
     text = "\n".join(outcome.describe(record, outcome.build(record), tmp_path, ""))
     assert "most by MU 3: 0.000 kg" in text
+
+
+def test_one_clock_gone_wrong_does_not_make_a_mission_longer():
+    record = FlightRecord(mu_count=8, seed=1, policy="nominal")
+    assert record.most_flown_s is None
+    record.take_state(state(Phase.DEPLOYING, launch=5.0))
+    record.statuses = {mu: SimpleNamespace(header=header(12.0)) for mu in range(1, 9)}
+    record.statuses[3] = SimpleNamespace(header=header(1.7e9))
+    assert record.most_flown_s == 7.0

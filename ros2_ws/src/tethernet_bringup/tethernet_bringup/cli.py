@@ -126,6 +126,7 @@ def _fly(
         domain_id=options.domain_id,
         external_timeout_s=options.external_timeout,
         parameters=setup.patience,
+        longest_s=setup.longest_s,
         protected=protected,
     )
     with Supervisor(folder.logs, environment, setup.supervisor) as supervisor:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import sys
 import time
 from collections.abc import Callable
@@ -14,7 +15,7 @@ from tethernet_control.ros import topics
 from .domain_claim import DomainClaim, DomainTakenError
 from .graph import StrangerWatch, exclusive_topics, expected
 from .interrupts import Interrupts, MissionInterrupt
-from .nodes import mu_of
+from .nodes import RECORDER, mu_of
 from .outcome import FlightRecord
 from .progress import Display
 from .run_folder import keep_traceback
@@ -23,12 +24,15 @@ from .supervisor_settings import SupervisorParameters
 
 if TYPE_CHECKING:
     from .monitor_node import Monitor
+    from .pulse import Pulse
 
 _SPIN_S = 0.05
 _SETTLE_S = 1.0
 """[s] Grace for the last accounts of controllers once the verdict is there."""
 _LOOK_PERIOD_S = 1.0
 """[s] wall time between two looks at who publishes what."""
+_OVERTIME_S = 5.0
+"""[s] mission time that the planner may take to put the end of the longest mission on record."""
 _MEMORY_AFTER_S = 2.0
 """[s] wall time after launch at which memory is measured; again at the end."""
 
@@ -48,6 +52,8 @@ class FlightPlan:
     domain_id: int
     external_timeout_s: float
     parameters: SupervisorParameters
+    longest_s: float = math.inf
+    """From launch to the end of the longest mission that the rules allow [s]."""
     protected: bool = True
     """Whether the middleware keeps what strangers publish from the nodes, see :mod:`tethernet_bringup.dds_profile`."""
 
@@ -90,6 +96,7 @@ class Flight:
         self._monitor: Monitor | None = None
         self._claim = DomainClaim(plan.domain_id)
         self._strangers: StrangerWatch | None = None
+        self._pulse: Pulse | None = None
         self._look_due = 0.0
         self._started = False
         self._launched_at: float | None = None
@@ -173,6 +180,8 @@ class Flight:
         for topic, names in self._strangers.crowded.items():
             who = ", ".join(map(_name, names))
             raise MissionFaultError(self._crowded(f"{topic} has {len(names)} publishers ({who})"))
+        answering = [node.name for node in plan.processes if node.name != RECORDER]
+        self._pulse = monitor.watch_pulse(answering, plan.parameters.hang_timeout_s)
         self._supervisor.note_shared_memory()
 
     def _crowded(self, sign: str) -> str:
@@ -241,6 +250,10 @@ class Flight:
             elif time.monotonic() - heard > silence:
                 at = f"{self._record.time_s or 0.0:.2f} s after launch"
                 raise MissionFaultError(f"nothing new has been heard of the mission for {silence:g} s, at {at}")
+            flown = self._record.most_flown_s
+            if flown is not None and flown > self._plan.longest_s + _OVERTIME_S:
+                longest = f"the longest mission takes {self._plan.longest_s:g} s"
+                raise MissionFaultError(f"the planner has not ended the mission {flown:.1f} s after launch; {longest}")
             if self._memory_due is not None and time.monotonic() >= self._memory_due:
                 self._memory_due = None
                 self._measure_memory()
@@ -303,11 +316,22 @@ class Flight:
         self._interrupts.check()
         for death in self._supervisor.deaths():
             self._on_death(death)
+        if self._pulse is not None:
+            for name in self._pulse.update():
+                self._on_hang(name)
         if self._strangers is not None and time.monotonic() >= self._look_due:
             self._look_due = time.monotonic() + _LOOK_PERIOD_S
             for node, topic in self._strangers.update():
                 self._on_stranger(node, topic)
         self._display.flight(self._record)
+
+    def _on_hang(self, name: str) -> None:
+        text = f"{name} hangs: it has answered nothing for {self._plan.parameters.hang_timeout_s:g} s"
+        mu = mu_of(name)
+        if mu is None or not self._started:
+            raise MissionFaultError(text)
+        self._record.lost_controllers.add(mu)
+        self._warn(f"{text}; the mission goes on, its thrust held for a moment and then zero")
 
     def _on_stranger(self, node: str, topic: str) -> None:
         heard = "this mission does not hear it" if self._plan.protected else "the mission's nodes may obey it"
@@ -324,6 +348,8 @@ class Flight:
         if self._record.phase.over and death.code == 0:
             return  # it has done its part
         self._display.note(death.report())
+        if self._pulse is not None:
+            self._pulse.forget(death.node.name)
         mu = mu_of(death.node.name)
         if death.node.essential or not self._started:
             raise MissionFaultError(_why(death))

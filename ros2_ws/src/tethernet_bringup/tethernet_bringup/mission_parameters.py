@@ -78,6 +78,12 @@ class MissionSetup:
             silence_timeout_s=self.supervisor.silence_timeout_s + sim["answer_timeout_s"],
         )
 
+    @property
+    def longest_s(self) -> float:
+        """From launch to the end of the longest mission that the rules allow [s]."""
+        planner = self.nodes[PLANNER]
+        return planner["launch_delay_s"] + planner["give_up_s"] + planner["capture_duration_s"]
+
     def recorded_in(self, bag: Path, run_info: Path) -> MissionSetup:
         """The same mission, recorded in this folder with the facts from this JSON file."""
         recorder = {**self.nodes[RECORDER], "output": str(bag), "run_info": str(run_info)}

@@ -21,6 +21,7 @@ from tethernet_msgs.msg import CaptureAssessment, MissionState, MuStatus, SimSta
 from .graph import Endpoint, GraphCheck, Publisher, StrangerWatch
 from .nodes import MONITOR
 from .outcome import FlightRecord, nanoseconds
+from .pulse import Answer, Pulse
 
 
 class Monitor:
@@ -110,6 +111,20 @@ class Monitor:
         return ConnectionCheck(
             audiences, {node: self._node.create_client(Trigger, service_name(node)) for node in audiences}
         )
+
+    def watch_pulse(self, nodes: Iterable[str], patience_s: float) -> Pulse:
+        """A watch on nodes of this project: each answers on its connections service as long as it runs.
+
+        Args:
+            nodes: their names.
+            patience_s: a node that answers nothing for so long hangs [s].
+        """
+
+        def questions(node: str) -> Callable[[], Answer | None]:
+            client = self._node.create_client(Trigger, service_name(node))
+            return lambda: self._call(client) if client.service_is_ready() else None
+
+        return Pulse({node: questions(node) for node in nodes}, patience_s)
 
     @staticmethod
     def _call(client) -> Callable[[], tuple[bool, str] | None]:

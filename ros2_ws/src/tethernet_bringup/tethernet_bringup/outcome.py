@@ -102,6 +102,14 @@ class FlightRecord:
             return None
         return max(0.0, seconds_between(self.launch_ns, self.newest_ns))
 
+    @property
+    def most_flown_s(self) -> float | None:
+        """Mission time that half of the controllers have reached [s]: no single clock gone wrong moves it."""
+        stamps = sorted(nanoseconds(status.header.stamp) for status in self.statuses.values())
+        if not self.launched or not stamps:
+            return None
+        return seconds_between(self.launch_ns, stamps[(len(stamps) - 1) // 2])
+
 
 def nanoseconds(stamp) -> int:
     """A builtin_interfaces/Time as one number [ns]."""

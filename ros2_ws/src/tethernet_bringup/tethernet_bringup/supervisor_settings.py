@@ -44,6 +44,11 @@ class SupervisorParameters:
         "in which Ctrl-C ends a mission",
         unit="s", low=0.1, high=10.0,
     )  # fmt: skip
+    hang_timeout_s: float = parameter(
+        "A node that has answered nothing for so long hangs: the mission ends, or goes on without that controller; "
+        "longer than any answer takes, a closing plan (0.1 s) on a machine that stalls for seconds included",
+        unit="s", low=1.0, high=600.0,
+    )  # fmt: skip
     report_period_s: float = parameter(
         "Mission time between two lines of progress where no terminal shows them", unit="s", low=0.1, high=60.0
     )
