@@ -30,6 +30,8 @@ DEPLOYMENT_S = 25.0
 DEBRIS = np.array([1.0, -2.0, -50.0])
 ATTITUDE = (-0.5, 0.5, 0.0, math.sqrt(0.5))  # long axis, body z, along (1, 1, 0)
 RADIUS_M, HALF_LENGTH_M = 1.95, 5.55
+LATE_MU, LATE_TICKS = 3, 2
+"""MU 3 hears of the trigger this much later than the others."""
 THRUST_N = 1.5
 FUEL_KG_S = THRUST_N / (9.81 * 60.0)
 RUN_INFO = {
@@ -160,7 +162,7 @@ def _tick(new, rng, mus, tick, stamp, time_s):
         _head(thrust, stamp)
         thrust.wrench.force.x = THRUST_N
         yield f"/mu{mu}/thrust", thrust
-        if tick % 4 == 0:
+        if tick % 4 == 0 or tick - _first_closing_tick(mu) in (-1, 0):
             yield f"/mu{mu}/status", _status(new, mu, mus, tick, stamp, time_s)
     yield "/debris/odom", _odometry(new, "/debris/odom", stamp, DEBRIS, ATTITUDE)
     yield "/chaser/odom", _odometry(new, "/chaser/odom", stamp, (0.0, 0.0, 0.75))
@@ -173,7 +175,7 @@ def _tick(new, rng, mus, tick, stamp, time_s):
         yield "/capture/assessment", _assessment(new, mus, stamp, time_s)
     if math.isclose(time_s, TRIGGER_S):
         for confirmed in (False, True):
-            yield "/mission/state", _state(new, stamp, MissionState.CLOSING, 3, confirmed, mus)
+            yield "/mission/state", _state(new, stamp - PERIOD_NS, MissionState.CLOSING, 3, confirmed, mus)
         yield "/capture/assessment", _assessment(new, mus, stamp, time_s, CaptureAssessment.TRIGGER)
     if math.isclose(time_s, END_S):
         for confirmed in (False, True):
@@ -245,11 +247,16 @@ def _state(new, stamp, phase, sequence, confirmed, mus):
     return message
 
 
+def _first_closing_tick(mu):
+    return round(TRIGGER_S * 1e9 / PERIOD_NS) + (LATE_TICKS if mu == LATE_MU else 0)
+
+
 def _status(new, mu, mus, tick, stamp, time_s):
+    closing = _first_closing_tick(mu)  # the state was taken over after the tick before it was answered
     message = new[f"/mu{mu}/status"](
         mu=mu,
-        mode=MuStatus.DEPLOYING if time_s < TRIGGER_S else MuStatus.CLOSING,
-        mission_sequence=2 if time_s < TRIGGER_S else 3,
+        mode=MuStatus.DEPLOYING if tick < closing else MuStatus.CLOSING,
+        mission_sequence=2 if tick < closing - 1 else 3,
         aiming_source="nominal",
         tracking_error=tracking_error(time_s),
         max_tracking_error=tracking_error(0.0),

@@ -14,6 +14,7 @@ from tethernet_bringup.analysis.arguments import parse
 from tethernet_bringup.analysis.cli import default_output, main
 from tethernet_bringup.analysis.evaluation import net_distance, report, tracking_error
 from tethernet_bringup.analysis.mission_data import load
+from tethernet_bringup.analysis.punctuality import ClosingStart, closing_start, delay_text, late_decisions
 from tethernet_bringup.bag_metadata import BagTopic, qos_profiles
 from tethernet_bringup.bag_reader import open_bag
 from tethernet_bringup.bag_writer import BagWriter
@@ -75,6 +76,24 @@ def test_phases_have_their_times(data):
     assert [change.phase.name for change in data.phases] == ["ARMED", "DEPLOYING", "CLOSING", "COMPLETE"]
     times = [float(data.seconds(change.time_ns)) for change in data.phases]
     assert times == pytest.approx([0.0, 0.0, toy_mission.TRIGGER_S, toy_mission.END_S])
+
+
+def test_it_says_when_closing_began_and_which_decisions_came_late(run, data, tmp_path, coarse, capsys):
+    start = closing_start(data)
+    assert start.trigger_s == pytest.approx(toy_mission.TRIGGER_S - 0.05)
+    on_time = dict.fromkeys(range(1, 9), 1)
+    assert start.ticks == on_time | {toy_mission.LATE_MU: 1 + toy_mission.LATE_TICKS}
+    count, [late] = late_decisions(data)
+    assert (count, late.sequence, late.mu, late.ticks) == (8, 3, toy_mission.LATE_MU, toy_mission.LATE_TICKS)
+    assert delay_text(start) == "1 to 3 ticks"
+    assert delay_text(ClosingStart(24.4, on_time)) == "1 tick"
+    _, out, _ = analyse(capsys, run, "--output", tmp_path, "--json")
+    assert "trigger                     24.40 s after launch" in out
+    assert "closing began               1 to 3 ticks after the trigger, last MU 3" in out
+    assert "decisions while closing     1 of 8 late, by 2 ticks at most" in out
+    content = json.loads((tmp_path / "analysis.json").read_text())
+    assert content["closing_began_ticks_after_trigger"]["3"] == 3
+    assert content["late_decisions"] == [{"sequence": 3, "decided_s": pytest.approx(24.4), "mu": 3, "ticks": 2}]
 
 
 @pytest.mark.parametrize("mu", [1, 6])

@@ -6,6 +6,10 @@ import yaml
 from tests.ros.mission_command import MissionCommand, read_bag
 from tests.ros.test_mission_faults import LOCKSTEP, short
 from tests.unit.test_outcome import ISSUE_KEYS
+from tethernet_bringup.analysis.mission_data import load
+from tethernet_bringup.analysis.punctuality import closing_start, late_decisions
+from tethernet_bringup.bag_reader import open_bag
+from tethernet_control.ros.conversions import nanoseconds
 
 pytestmark = pytest.mark.ros
 
@@ -74,6 +78,44 @@ def test_other_missions_fly_exactly_as_in_one_process(tmp_path, domain_id, mus, 
             assert mission.outcome["captured"]
             assert mission.outcome["cqi"] < 2.5
             assert mission.outcome["locked_pairs"] >= 6
+
+
+def test_in_real_time_all_controllers_act_on_every_decision_at_the_next_tick(tmp_path, domain_id):
+    """Round a debris that tumbles: closing begins exactly one tick after the trigger; docked MUs are off and bunches
+    fly to new meeting places when they should.
+
+    A machine that is too busy may make any process late once. It does not do so at the very tick of the trigger in
+    three flights, and where the simulator had all commands in time about the trigger it is no excuse at all.
+    """
+    parameters = tmp_path / "parameters.yaml"
+    parameters.write_text("/**:\n  ros__parameters:\n    capture_duration_s: 11.0\n")
+    flags = ("--pace", "realtime", "--tumble", "0.087", "0.0", "0.0", "--params", str(parameters))
+    found = []
+    for attempt in range(3):
+        with MissionCommand(tmp_path / f"runs{attempt}", domain_id, *flags) as mission:
+            assert mission.finish() in (0, 3), mission.text
+        data = load(open_bag(mission.run))
+        start = closing_start(data)
+        count, late = late_decisions(data)
+        assert any(any(nanoseconds(time) for time in state.docked_times) for state in data.states), "nobody docked"
+        assert count >= 2 * 8, "the trigger and the docking at least, of each controller"
+        if start.ticks == dict.fromkeys(range(1, 9), 1) and not late:
+            return
+        busy = late_commands(mission.run, start.trigger_s)
+        found.append(f"closing after {start.ticks} ticks, late {late}, {busy} late commands about the trigger")
+        if not busy:
+            break
+    pytest.fail("; ".join(found))
+
+
+def late_commands(run, trigger_s):
+    """Commands that the simulator did not have in time, from a second before to a second after the trigger."""
+    totals = {
+        nanoseconds(message.header.stamp) * 1e-9: sum(message.late_commands) for message in read_bag(run)["/sim/status"]
+    }
+    before = [total for time_s, total in totals.items() if time_s <= trigger_s - 1.0]
+    until = [total for time_s, total in totals.items() if time_s <= trigger_s + 2.0]
+    return max(until) - max(before)
 
 
 def in_process(**scenario):

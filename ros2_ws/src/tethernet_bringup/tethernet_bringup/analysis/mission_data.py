@@ -92,6 +92,10 @@ class MuData:
     """Used since launch [kg]."""
     status: Any = None
     """The newest MuStatus."""
+    modes: list[tuple[int, int]] = field(default_factory=list)
+    """When it reported another mode than before [ns], and which (MuStatus)."""
+    taken_over_ns: dict[int, int] = field(default_factory=dict)
+    """Newest tick that was answered when a state of the mission was taken over [ns], by the state's sequence."""
 
 
 @dataclass(frozen=True)
@@ -145,6 +149,8 @@ class MissionData:
     phases: list[PhaseChange] = field(default_factory=list)
     states: list[Any] = field(default_factory=list)
     """Newest MissionState of each sequence."""
+    decided_ns: dict[int, int] = field(default_factory=dict)
+    """Tick that was decided on [ns], by sequence: the stamp of the first of its states."""
     assessments: Series = field(default_factory=lambda: Series(2))
     """CQI (NaN where unmeasured) and locked pairs."""
     distances: Series = field(default_factory=lambda: Series(1))
@@ -311,11 +317,16 @@ class _Reader:
             series.plan.add(stamp, *_xyz(message.desired_position), float(message.mode in (1, 2)))
             series.fuel.add(stamp, message.fuel)
             series.status = message
+            if not series.modes or series.modes[-1][1] != message.mode:
+                series.modes.append((stamp, message.mode))
+            series.taken_over_ns.setdefault(message.mission_sequence, stamp)
 
         return {"odom": odometry, "thrust": thrust, "status": status}[what]
 
     def _state(self, message) -> None:
         data = self._data
+        stamp = _stamp(message)
+        data.decided_ns[message.sequence] = min(stamp, data.decided_ns.get(message.sequence, stamp))
         if data.states and data.states[-1].sequence == message.sequence:
             data.states[-1] = message
             return

@@ -9,6 +9,7 @@ from tethernet_control.mission import Phase
 
 from .evaluation import curve, error_source, net_distance, quality, thrust_curve, tracking_error
 from .mission_data import MissionData, find_number
+from .punctuality import closing_start, delay_text
 from .scene import mu_color
 
 _AXIS_COLORS = ("#D55E00", "#009E73", "#0072B2")
@@ -17,7 +18,7 @@ _DEFAULT_THRESHOLD = 2.5
 
 
 def mark_phases(axes, data: MissionData, *, named: bool = True) -> None:
-    """Lines where closing begins and where the mission ends.
+    """Lines at the trigger, where closing begins, and where the mission ends.
 
     Args:
         axes: with the time since launch along x [s].
@@ -30,11 +31,17 @@ def mark_phases(axes, data: MissionData, *, named: bool = True) -> None:
         time = float(data.seconds(change.time_ns))
         axes.axvline(time, color="black", linewidth=0.8, linestyle=":", zorder=1)
         if named:
-            name = {Phase.CLOSING: "trigger", Phase.COMPLETE: "end"}.get(change.phase, change.phase.name.lower())
+            names = {Phase.CLOSING: _closing_name(data), Phase.COMPLETE: "end"}
+            name = names.get(change.phase, change.phase.name.lower())
             axes.annotate(
                 name, (time, 1.0), xycoords=("data", "axes fraction"), xytext=(-2, -3), textcoords="offset points",
                 ha="right", va="top", fontsize=8, rotation=90,
             )  # fmt: skip
+
+
+def _closing_name(data: MissionData) -> str:
+    start = closing_start(data)
+    return "closing" if start is None else f"trigger, closing {delay_text(start)} later"
 
 
 def tracking(axes, data: MissionData) -> None:

@@ -22,6 +22,7 @@ from .evaluation import (
     topic_report,
 )
 from .mission_data import MissionData
+from .punctuality import ClosingStart, closing_start, delay_text, late_decisions
 
 _MU_TOPIC = re.compile(r"/mu(\d+)/(\w+)$")
 
@@ -37,6 +38,8 @@ def summary(data: MissionData, bag: Path) -> dict[str, Any]:
     cqi, pairs = quality(data)
     distance = net_distance(data)
     design = DESIGNS.get(data.mu_count)
+    start = closing_start(data)
+    decisions, late = late_decisions(data)
     return _finite(
         {
             "bag": str(bag),
@@ -51,6 +54,18 @@ def summary(data: MissionData, bag: Path) -> dict[str, Any]:
             "mouth_area_m2": float(data.trigger.message.mouth_area) if data.trigger else None,
             "net_debris_distance_m": float(distance.value[-1]) if len(distance.value) else None,
             "smallest_net_debris_distance_m": float(distance.value.min()) if len(distance.value) else None,
+            "trigger_s": start.trigger_s if start else None,
+            "closing_began_ticks_after_trigger": start.ticks if start else None,
+            "decisions_taken_over": decisions,
+            "late_decisions": [
+                {
+                    "sequence": each.sequence,
+                    "decided_s": float(data.seconds(each.decided_ns)),
+                    "mu": each.mu,
+                    "ticks": each.ticks,
+                }
+                for each in late
+            ],
             "phases": [
                 {"phase": phase.name, "from_s": begin, "to_s": end, "reason": reason}
                 for phase, begin, end, reason in phase_spans(data)
@@ -99,6 +114,9 @@ def text(content: dict[str, Any]) -> str:
         for name, value in (
             ("CQI", _number(content["cqi"], 2)),
             ("locked pairs", _pairs(content)),
+            ("trigger", _number(content["trigger_s"], 2, " s after launch")),
+            ("closing began", _began(content)),
+            ("decisions while closing", _decisions(content)),
             ("mouth area at the trigger", _number(content["mouth_area_m2"], 1, " m2")),
             ("net to debris at the end", _number(content["net_debris_distance_m"], 2, " m")),
         )
@@ -171,6 +189,23 @@ def _grouped(topics: dict[str, dict]) -> dict[str, dict[str, str]]:
             "lost": str(sum(row["never_arrived"] for row in rows) or "-"),
         }
     return result
+
+
+def _began(content: dict[str, Any]) -> str:
+    ticks = content["closing_began_ticks_after_trigger"]
+    if not ticks:
+        return "-"
+    start = ClosingStart(content["trigger_s"], ticks)
+    last = ", ".join(str(mu) for mu, count in ticks.items() if count == start.most)
+    return f"{delay_text(start)} after the trigger" + ("" if start.least == start.most else f", last MU {last}")
+
+
+def _decisions(content: dict[str, Any]) -> str:
+    count, late = content["decisions_taken_over"], content["late_decisions"]
+    if not count:
+        return "-"
+    most = max((row["ticks"] for row in late), default=0)
+    return f"{len(late)} of {count} late, by {most} ticks at most" if late else "all in time"
 
 
 def _extreme(which, rows: list[dict], key: str) -> float | None:
