@@ -44,7 +44,8 @@ def test_one_seed_gives_one_list_within_the_papers_bounds():
 
 def test_a_mission_in_error_is_counted_not_dropped():
     cases = random_positions(4, 2, 1, RULES)
-    result = records(cases, fly_cases(cases, Settings.load(physics={"thread_modulus_pa": 1e12})))
+    settings = Settings.load(physics={"thread_modulus_pa": 1e12})
+    result = records(cases, fly_cases(cases, settings), settings.quality)
     assert result["errors"] == 2
     assert result["success_rate"] == 0.0
     assert result["fuel_per_mu_kg"] is None
@@ -62,7 +63,8 @@ def test_a_policy_that_fails_at_one_scenario_costs_that_one_only(monkeypatch):
 
     monkeypatch.setitem(policies._FACTORIES, "picky", lambda: picky)
     aimed = aim(cases, "picky")
-    result = records(aimed, fly_cases(aimed, Settings.load(mission={"trigger_distance_m": 50.0})))
+    settings = Settings.load(mission={"trigger_distance_m": 50.0})
+    result = records(aimed, fly_cases(aimed, settings), settings.quality)
     assert result["errors"] == 1
     first, second = (record["outcome"] for record in result["scenarios"])
     assert "not there" in first["error"]

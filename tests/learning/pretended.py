@@ -2,7 +2,9 @@
 
 import numpy as np
 
+from tethernet_control.parameters import load
 from tethernet_planner.learning.flown import Flown
+from tethernet_sim.capture_quality import QualityParameters
 
 
 class Pretended:
@@ -15,4 +17,4 @@ class Pretended:
         best[0] = -2.0
         ones = np.ones(len(scenarios))
         fuel = 0.01 * np.abs(offsets - best).mean(axis=(1, 2))
-        return Flown(scenarios[0].mus, 0.5 * ones, 9 * ones, fuel, 500.0 * ones)
+        return Flown(scenarios[0].mus, 0.5 * ones, 9 * ones, fuel, 500.0 * ones, load(QualityParameters))

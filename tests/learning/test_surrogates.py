@@ -6,6 +6,7 @@ import json
 import numpy as np
 import pytest
 
+from tethernet_control.parameters import load
 from tethernet_planner.learning import (
     data_set,
     make_data,
@@ -19,9 +20,11 @@ from tethernet_planner.learning.model_file import ModelFileError, write
 from tethernet_planner.learning.net_features import feature_count
 from tethernet_planner.learning.surrogate_file import NOISES, Surrogate, log_fuel
 from tethernet_planner.learning.surrogate_scores import scores, with_errors
+from tethernet_sim.capture_quality import QualityParameters
 from tethernet_sim.fly import Settings
 
 pytestmark = pytest.mark.learning
+QUALITY = load(QualityParameters)
 
 
 def invented(mus, count, seed):
@@ -35,7 +38,8 @@ def invented(mus, count, seed):
     about = {"seed": seed, "flight_parameters": ""}
     cqi = 0.5 + beside
     fuel = 0.1 * np.ones(count)
-    return Captures(mus, rows.reshape(count, -1), cqi, pairs, fuel, captured, count, int((~captured).sum()), about)
+    flat = rows.reshape(count, -1)
+    return Captures(mus, flat, cqi, pairs, fuel, captured, count, int((~captured).sum()), about, QUALITY)
 
 
 @pytest.fixture(scope="module")

@@ -1,12 +1,27 @@
 """Training: one seed gives one policy, killed or not; what is exported answers as what was trained."""
 
+import base64
+import json
+import pickle
+import re
+import zipfile
+from pathlib import Path
+
 import numpy as np
 import pytest
 
 pytest.importorskip("stable_baselines3")
 
+import tethernet_planner
 from tests.learning.pretended import Pretended
-from tethernet_planner.learning import history, model_file, offset_search, optimise_offsets, run_folder, train_policy
+from tethernet_planner.learning import (
+    history,
+    model_file,
+    offset_search,
+    optimise_offsets,
+    run_folder,
+    train_policy,
+)
 from tethernet_planner.learning.policy_file import AimingPolicy, OutsideTrainingError, constant_policy
 from tethernet_planner.learning.ppo import PpoSettings
 from tethernet_planner.learning.reward import Reward
@@ -63,6 +78,57 @@ def test_a_training_learns_and_leaves_what_it_should(tmp_path):
     policy = AimingPolicy.load(tmp_path / "run" / "policy.safetensors")
     assert policy.offsets((0.0, 0.0, -50.0))[0].mean() < -0.5
     assert policy.about["last_tenth"]["captured"] == 1.0
+
+
+class Hostile:
+    """Executes something when it is unpickled."""
+
+    def __init__(self, evidence):
+        self.evidence = evidence
+
+    def __reduce__(self):
+        return (Path.touch, (self.evidence,))
+
+
+def test_a_checkpoint_of_somebody_else_executes_nothing(tmp_path, capsys):
+    torch = pytest.importorskip("torch")
+    with pytest.raises(KilledError):
+        train(tmp_path / "run", KilledAfter(9))
+    evidence, replaced = tmp_path / "executed", 0
+    for found in (tmp_path / "run" / "checkpoints").rglob("*"):
+        if found.suffix == ".pt":
+            torch.save({"policy": Hostile(evidence)}, found)
+        elif found.suffix == ".zip":  # the library's own format
+            hostile = base64.b64encode(pickle.dumps(Hostile(evidence))).decode()
+            with zipfile.ZipFile(found, "w") as file:
+                file.writestr("data", json.dumps({"seed": {":type:": "x", ":serialized:": hostile}}))
+        else:
+            continue
+        replaced += 1
+    assert replaced
+    torch.save(Hostile(evidence), tmp_path / "control.pt")
+    torch.load(tmp_path / "control.pt", weights_only=False)
+    assert evidence.exists(), "the hostile object does what it is made for"
+    evidence.unlink()
+    with pytest.raises(ValueError, match="cannot be read as a checkpoint"):
+        train(tmp_path / "run")
+    assert not evidence.exists()
+
+
+def test_no_module_unpickles_what_it_finds():
+    unpickling = re.compile(
+        r"pickle\.loads?\(|PPO\.load\(|joblib|allow_pickle|read_pickle|yaml\.unsafe_load"
+        r"|torch\.load\((?!.*weights_only=True)"
+    )
+    sources = sorted(Path(tethernet_planner.__file__).parent.rglob("*.py"))
+    assert len(sources) > 50
+    found = [
+        f"{source.name}: {line.strip()}"
+        for source in sources
+        for line in source.read_text().splitlines()
+        if unpickling.search(line)
+    ]
+    assert not found
 
 
 @pytest.mark.parametrize("wrong", [{"episodes": 100}, {"symmetry": "x"}, {"batch": 0}])

@@ -59,6 +59,7 @@ class Bench:
     def net(self, tick, knots, mus, locked=8, pairs=8, center=DEBRIS, columns=None):
         message = NetState(rows=1, columns=len(knots) if columns is None else columns)
         message.center_of_mass = Point(x=center[0], y=center[1], z=center[2])
+        message.center_of_mass_all = Point(x=center[0], y=center[1], z=center[2] + 1.0)
         message.knot_positions = array.array("f", knots.ravel())
         message.knot_velocities = array.array("f", bytes(4 * knots.size))
         message.mu_positions = array.array("f", mus.ravel())
@@ -100,7 +101,8 @@ def test_trigger_and_verdict_are_the_library_functions_on_what_was_published(ben
     b.debris(781)
     b.net(781, *at_end, locked=7)
     final = b.stage(CaptureAssessment.FINAL)
-    expected = hull_quality(*at_end, DEBRIS, DEBRIS, QUALITY)
+    expected = hull_quality(*at_end, DEBRIS, DEBRIS, QUALITY, (DEBRIS[0], DEBRIS[1], DEBRIS[2] + 1.0))
+    assert final.cqi_all == expected.cqi_all
     assert (final.cqi, final.locked_pairs, final.captured) == (expected.cqi, 7, True)
     assert final.verdict.startswith("captured: CQI")
     assert (final.max_locked_pairs, final.required_locked_pairs, final.source) == (8, 6, "net_state")

@@ -1,5 +1,6 @@
 """When the capture is assessed, and what the verdict says."""
 
+import dataclasses
 import itertools
 import math
 
@@ -112,6 +113,24 @@ def test_verdict(side, center, locked, mus, captured, words):
     assert final.stage == Stage.FINAL
     assert final.captured is captured
     assert words in final.verdict
+
+
+def test_the_centre_of_mass_of_knots_or_of_all_decides_as_the_parameter_says():
+    found = {}
+    for word in ("knots", "all"):
+        quality = load(QualityParameters, {"center_of_mass": word})
+        made = CaptureAssessor(8, CONTROL, quality, 100000)
+        assert made.take_mission(closed()) == []
+        made.take_sample(sample(481))
+        beside = dataclasses.replace(sample(781), center_all=(0.0, 0.0, -42.0))
+        [found[word]] = made.take_sample(beside)
+    knots, counted = found["knots"], found["all"]
+    assert (knots.cqi, knots.cqi_all) == (counted.cqi, counted.cqi_all)
+    assert knots.cqi_all - knots.cqi == pytest.approx(0.8 * 8.0 / 1.95)
+    assert knots.captured is True
+    assert knots.verdict.startswith("captured: CQI 0.17 (below 2.5)")
+    assert counted.captured is False
+    assert counted.verdict.startswith("not captured: CQI with the MUs counted 3.45 (not below 2.5)")
 
 
 def test_missed():

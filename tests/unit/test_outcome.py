@@ -10,8 +10,9 @@ from tethernet_bringup.outcome import ExitStatus, FlightRecord
 from tethernet_control.mission import Phase
 
 ISSUE_KEYS = {
-    "captured", "verdict", "cqi", "locked_pairs", "trigger_time_s", "end_time_s", "fuel_kg", "fuel_at_trigger_kg",
-    "mouth_area_m2", "net_debris_distance_m", "max_tracking_error_m", "wall_time_s", "real_time_factor", "messages",
+    "captured", "verdict", "cqi", "cqi_all", "locked_pairs", "trigger_time_s", "end_time_s", "fuel_kg",
+    "fuel_at_trigger_kg", "mouth_area_m2", "net_debris_distance_m", "max_tracking_error_m", "wall_time_s",
+    "real_time_factor", "messages",
     "deadline_misses", "seed", "mus", "policy", "commit",
 }  # fmt: skip
 
@@ -39,7 +40,8 @@ def status(seconds, fuel=0.1, error=0.2, misses=0):
 
 def assessment(seconds, captured=True, cqi=1.5, mouth=420.0):
     return SimpleNamespace(
-        header=header(seconds), captured=captured, cqi=cqi, locked_pairs=7, max_locked_pairs=8, required_locked_pairs=6,
+        header=header(seconds), captured=captured, cqi=cqi, cqi_all=cqi + 0.9,
+        locked_pairs=7, max_locked_pairs=8, required_locked_pairs=6,
         mouth_area=mouth, net_debris_distance=0.8, source="net_state", verdict="the debris is held",
         prediction_valid=False,
     )  # fmt: skip
@@ -91,6 +93,7 @@ def test_a_flown_mission_is_told_in_full():
     assert content["verdict"] == "the debris is held"
     assert content["fuel_kg"] == pytest.approx([0.1, 0.2, 0.3, 0.4])
     assert content["fuel_at_trigger_kg"] == pytest.approx([0.05, 0.1, 0.15, 0.2])
+    assert (content["cqi"], content["cqi_all"]) == (1.5, 2.4)
     assert content["mouth_area_m2"] == 420.0
     assert content["deadline_misses"] == 4
     assert (content["late_commands"], content["odometry_gaps"]) == (3, 1)

@@ -134,6 +134,7 @@ def build(record: FlightRecord) -> dict[str, Any]:
         "exit_status": int(status),
         "verdict": verdict(record),
         "cqi": _number(final, "cqi"),
+        "cqi_all": _number(final, "cqi_all"),
         "locked_pairs": int(final.locked_pairs) if final is not None else None,
         "trigger_time_s": trigger_time,
         "end_time_s": end_time,
@@ -264,6 +265,8 @@ def _rows(record: FlightRecord, content: dict[str, Any]) -> Iterable[tuple[str, 
         need = f"{final.locked_pairs} of {final.max_locked_pairs} ({final.required_locked_pairs} needed)"
         yield "locked pairs", need
         yield "CQI", f"{content['cqi']:.3f}" if content["cqi"] is not None else "could not be measured"
+        if content["cqi_all"] is not None:
+            yield "with MUs counted", f"{content['cqi_all']:.3f}"
     expected = content["prediction"]
     if expected is not None:
         likely = f"captured with {100.0 * expected['capture_probability']:.0f} %"

@@ -38,7 +38,9 @@ class Assessment:
     stage: Stage
     stamp_ns: int
     cqi: float
-    """[-], NaN where nothing measures the net."""
+    """[-], with the knots' centre of mass; NaN where nothing measures the net."""
+    cqi_all: float
+    """[-], with the MUs counted; NaN likewise."""
     hull_volume: float
     """[m^3], NaN likewise."""
     hull_area: float
@@ -144,11 +146,8 @@ class CaptureAssessor:
             return [self._assess(self._recent[-1], Stage.FINAL)]
         nothing = math.nan
         text, held = self._judge(nothing, 0, FROM_NET)
-        return [
-            Assessment(
-                Stage.FINAL, self.mission.end_ns, nothing, nothing, nothing, nothing, nothing, 0, FROM_NET, held, text
-            )
-        ]
+        unknown = (nothing,) * 6
+        return [Assessment(Stage.FINAL, self.mission.end_ns, *unknown, 0, FROM_NET, held, text)]
 
     def _due_at(self, sample: NetSample) -> list[Assessment]:
         mission, due = self.mission, []
@@ -171,19 +170,21 @@ class CaptureAssessor:
         return [self._assess(sample, Stage.PROGRESS)]
 
     def _assess(self, sample: NetSample, stage: Stage) -> Assessment:
-        cqi = volume = area = math.nan
+        cqi = cqi_all = volume = area = math.nan
         distance = math.dist(sample.center, sample.debris_position)
         if sample.source == FROM_NET:
             hull = hull_quality(
-                sample.knot_positions, sample.mu_positions, sample.center, sample.debris_position, self._quality
-            )
-            cqi, volume, area, distance = hull.cqi, hull.volume, hull.area, hull.distance
-        text, held = self._judge(cqi, sample.locked_pairs, sample.source) if stage == Stage.FINAL else ("", False)
+                sample.knot_positions, sample.mu_positions, sample.center, sample.debris_position, self._quality,
+                sample.center_all,
+            )  # fmt: skip
+            cqi, cqi_all, volume, area, distance = hull.cqi, hull.cqi_all, hull.volume, hull.area, hull.distance
+        decides = self._quality.deciding(cqi, cqi_all)
+        text, held = self._judge(decides, sample.locked_pairs, sample.source) if stage == Stage.FINAL else ("", False)
         failure = self._predict(sample) if stage == Stage.TRIGGER else ""
         prediction = None if stage == Stage.PROGRESS else self._prediction
         return Assessment(
-            stage, sample.stamp_ns, cqi, volume, area, mouth_area(sample.mu_positions), distance, sample.locked_pairs,
-            sample.source, held, text, prediction, failure,
+            stage, sample.stamp_ns, cqi, cqi_all, volume, area, mouth_area(sample.mu_positions), distance,
+            sample.locked_pairs, sample.source, held, text, prediction, failure,
         )  # fmt: skip
 
     def _predict(self, sample: NetSample) -> str:

@@ -142,6 +142,7 @@ class AssessorNode(Node):
                 f"for {message.rows} x {message.columns} knots and {self._mu_count} MUs"
             )
         center = coordinates(message.center_of_mass)
+        center_all = coordinates(message.center_of_mass_all)
         if not finite(*center) or not all(np.isfinite(flat).all() for flat in arrays):
             raise MessageError("not finite")
         knot_positions, knot_velocities, mu_positions, mu_velocities = (flat.reshape(-1, 3) for flat in arrays)
@@ -155,6 +156,7 @@ class AssessorNode(Node):
             knot_velocities,
             mu_velocities,
             velocity,
+            center_all if finite(*center_all) else None,
         )
 
     # Where nothing but the MUs is measured
@@ -195,6 +197,7 @@ class AssessorNode(Node):
         message = CaptureAssessment(
             stage=int(a.stage),
             cqi=a.cqi,
+            cqi_all=a.cqi_all,
             hull_volume=a.hull_volume,
             hull_area=a.hull_area,
             mouth_area=a.mouth_area,

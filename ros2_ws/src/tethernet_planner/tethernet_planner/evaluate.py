@@ -15,6 +15,7 @@ from dataclasses import asdict
 from pathlib import Path
 
 from tethernet_control.atomic_file import write_text
+from tethernet_sim.capture_quality import QualityParameters, tight
 from tethernet_sim.fly import Settings
 from tethernet_sim.scenario import Outcome
 
@@ -26,7 +27,7 @@ from .campaign.sources import random_positions
 from .campaign.statistics import Estimate, summarise
 
 
-def records(cases: Sequence[Case], outcomes: Sequence[Outcome]) -> dict:
+def records(cases: Sequence[Case], outcomes: Sequence[Outcome], quality: QualityParameters) -> dict:
     """Statistics and records of flown scenarios, ready for JSON; missions in error count as not captured."""
     summary = summarise(outcomes)
     return {
@@ -37,6 +38,9 @@ def records(cases: Sequence[Case], outcomes: Sequence[Outcome]) -> dict:
         "fuel_at_trigger_per_mu_kg": _value(summary.fuel_at_trigger_kg),
         "locked_pairs": {str(pairs): count for pairs, count in summary.locked_pairs.items()},
         "cqi_mean": summary.cqi,
+        "cqi_below_threshold": sum(tight(outcome.cqi, quality) for outcome in outcomes),
+        "cqi_all_mean": summary.cqi_all,
+        "cqi_all_below_threshold": sum(tight(outcome.cqi_all, quality) for outcome in outcomes),
         "errors": summary.errors,
         "scenarios": [
             {"scenario": asdict(case.scenario), "outcome": asdict(outcome)}
@@ -96,7 +100,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     for flown in fly_chunks(cases, settings):
         outcomes += flown
         progress.add(len(flown), sum(bool(outcome.error) for outcome in flown))
-    result = records(cases, outcomes)
+    result = records(cases, outcomes, settings.quality)
     head = {name: getattr(options, name) for name in ("mus", "policy", "control", "seed")}
     if options.output:
         text = json.dumps(plain({**head, **result}), indent=2, allow_nan=False) + "\n"
@@ -117,7 +121,8 @@ def _print(head: dict, result: dict) -> None:
         print(f"  fuel per MU       {result['fuel_per_mu_kg']:.4f} kg{between}")
         print(f"  until the trigger {result['fuel_at_trigger_per_mu_kg']:.4f} kg")
     if result["cqi_mean"] is not None:
-        print(f"  CQI               {result['cqi_mean']:.2f}")
+        counted = "" if result["cqi_all_mean"] is None else f"   (MUs counted: {result['cqi_all_mean']:.2f})"
+        print(f"  CQI               {result['cqi_mean']:.2f}{counted}")
     print("  locked pairs      " + ", ".join(f"{pairs}: {n}" for pairs, n in result["locked_pairs"].items()))
     print(f"  errors            {result['errors']}")
     for record in result["scenarios"]:

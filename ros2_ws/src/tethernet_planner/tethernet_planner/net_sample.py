@@ -36,6 +36,8 @@ class NetSample:
     """[m/s], as the positions."""
     debris_velocity: tuple[float, float, float] = (0.0, 0.0, 0.0)
     """Of the debris' centre of mass [m/s]."""
+    center_all: tuple[float, float, float] | None = None
+    """The centre of mass of knots and MUs [m]; None where it is not known."""
 
     @property
     def source(self) -> str:

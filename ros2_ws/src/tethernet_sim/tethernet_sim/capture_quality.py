@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from pathlib import Path
-from typing import ClassVar
+from typing import ClassVar, TypeVar
 
 import numpy as np
 
@@ -14,6 +14,11 @@ from tethernet_control.parameters import parameter
 
 _CONFIG = Path(__file__).parent / "config"
 
+Numbers = TypeVar("Numbers")  # a number or an array of them
+
+KNOTS, ALL = "knots", "all"
+"""What the net's centre of mass may be of: the knots without the MUs, or both."""
+
 
 @dataclass(frozen=True)
 class QualityParameters:
@@ -21,6 +26,10 @@ class QualityParameters:
 
     The paper's V_D = 159.9 m^3 and S_D = 59.9 m^2 look swapped (159.9 m^2 is the cylinder's surface, its volume is
     132.6 m^3); the default keeps them, so that the threshold of 2.5 means what it meant there.
+
+    The index asks how far "the net's" centre of mass is from the debris', and the paper does not say whether its MUs
+    count: they are 20 of the 21 kg with 8 MUs. Both indices are always computed, ``cqi`` with the knots alone and
+    ``cqi_all`` with the MUs too; one of them decides.
     """
 
     FILE: ClassVar[Path] = _CONFIG / "quality.yaml"
@@ -31,6 +40,15 @@ class QualityParameters:
     debris_area_m2: float = parameter("S_D as printed in the paper; 159.9 is geometric", unit="m^2", low=0.01, high=1e6)
     characteristic_length_m: float = parameter("L_c of the debris", unit="m", low=0.01, high=1e3)
     cqi_threshold: float = parameter("Captured when the settled CQI is below", low=0.0, high=100.0)
+    center_of_mass: str = parameter(
+        "Whose centre of mass the CQI that decides is computed with: knots (the centre that brings the trigger at the "
+        "paper's 25 s) or all, MUs counted",
+        choices=(KNOTS, ALL),
+    )
+
+    def deciding(self, cqi, cqi_all):
+        """The CQI that decides: one of the two, as they are (numbers or arrays)."""
+        return cqi_all if self.center_of_mass == ALL else cqi
 
 
 @dataclass(frozen=True)
@@ -38,17 +56,24 @@ class HullQuality:
     """The CQI and what it is made of."""
 
     cqi: float
-    """Capture Quality Index [-]."""
+    """Capture Quality Index [-], the net's centre of mass that of its knots."""
+    cqi_all: float
+    """The same with the MUs counted; NaN where that centre is not known."""
     volume: float
     """Volume of the convex hull [m^3]."""
     area: float
     """Surface of the convex hull [m^2]."""
     distance: float
-    """Between the net's and the debris' centres of mass [m]."""
+    """Between the knots' and the debris' centres of mass [m]."""
 
 
 def hull_quality(
-    knots: np.ndarray, mus: np.ndarray, net_center, debris_position, parameters: QualityParameters
+    knots: np.ndarray,
+    mus: np.ndarray,
+    net_center,
+    debris_position,
+    parameters: QualityParameters,
+    net_center_all=None,
 ) -> HullQuality:
     """The Capture Quality Index of a net (paper, Eq. 4).
 
@@ -58,6 +83,7 @@ def hull_quality(
         net_center: centre of mass of the knots [m].
         debris_position: the debris' centre of mass [m].
         parameters: V_D, S_D, L_c.
+        net_center_all: centre of mass of knots and MUs [m]; None where it is not known.
 
     Returns:
         The index and its parts; a flat net has a hull of volume 0.
@@ -71,14 +97,18 @@ def hull_quality(
     except QhullError:
         volume = 0.0
         area = 2.0 * _flat_area(points)
-    distance = math.dist(net_center, debris_position)
     p = parameters
-    cqi = (
+    shape = (
         0.1 * abs(volume - p.debris_volume_m3) / p.debris_volume_m3
         + 0.1 * abs(area - p.debris_area_m2) / p.debris_area_m2
-        + 0.8 * distance / p.characteristic_length_m
     )
-    return HullQuality(cqi, volume, area, distance)
+
+    def index(distance: float) -> float:
+        return shape + 0.8 * distance / p.characteristic_length_m
+
+    distance = math.dist(net_center, debris_position)
+    distance_all = math.nan if net_center_all is None else math.dist(net_center_all, debris_position)
+    return HullQuality(index(distance), index(distance_all), volume, area, distance)
 
 
 def _flat_area(points: np.ndarray) -> float:
@@ -111,16 +141,31 @@ def mouth_order(mu_count: int) -> tuple[int, ...]:
     return design(mu_count).closing_ring or (1, 2, 4, 3)
 
 
-def captured(cqi: float, locked_pairs: int, mu_count: int, parameters: QualityParameters) -> bool:
-    """The paper's test of success: settled CQI below the threshold and enough locked pairs."""
-    return cqi < parameters.cqi_threshold and locked_pairs >= design(mu_count).required_locked_pairs
+def tight(cqi: Numbers, parameters: QualityParameters) -> Numbers:
+    """Whether the net lies tight: the CQI that decides is below the threshold. Numbers or arrays."""
+    return cqi < parameters.cqi_threshold
+
+
+def captured(cqi: Numbers, locked_pairs: Numbers, mu_count: int, parameters: QualityParameters) -> Numbers:
+    """The paper's test of success: settled CQI below the threshold and enough locked pairs.
+
+    Args:
+        cqi: the one that decides, see :meth:`QualityParameters.deciding`; a number or an array.
+        locked_pairs: at the end, likewise.
+        mu_count: 4 or 8.
+        parameters: gives the threshold.
+
+    Returns:
+        True or false, or an array of them.
+    """
+    return tight(cqi, parameters) & (locked_pairs >= design(mu_count).required_locked_pairs)
 
 
 def verdict(cqi: float, locked_pairs: int, mu_count: int, parameters: QualityParameters, missed: str = "") -> str:
     """One sentence on the outcome.
 
     Args:
-        cqi: settled index; NaN where it could not be measured.
+        cqi: settled index that decides; NaN where it could not be measured.
         locked_pairs: at the end.
         mu_count: 4 or 8.
         parameters: gives the threshold.
@@ -134,7 +179,6 @@ def verdict(cqi: float, locked_pairs: int, mu_count: int, parameters: QualityPar
         held = "docked" if locked_pairs >= layout.required_locked_pairs else "not docked"
         return f"{held}: {pairs}; CQI not available: nothing measures the net"
     good = captured(cqi, locked_pairs, mu_count, parameters)
-    quality = (
-        f"CQI {cqi:.2f} ({'below' if cqi < parameters.cqi_threshold else 'not below'} {parameters.cqi_threshold:g})"
-    )
+    which = "CQI with the MUs counted" if parameters.center_of_mass == ALL else "CQI"
+    quality = f"{which} {cqi:.2f} ({'below' if tight(cqi, parameters) else 'not below'} {parameters.cqi_threshold:g})"
     return f"{'captured' if good else 'not captured'}: {quality}, {pairs}"

@@ -293,6 +293,7 @@ class _Flight:
             verdict="flown to the start of closing only",
             error="",
             cqi=unknown,
+            cqi_all=unknown,
             stopped_at_trigger=True,
         )
 
@@ -300,7 +301,7 @@ class _Flight:
         scenario, mission, quality = self.scenarios[b], self.missions[b], self.settings.quality
         missed = mission.phase == Phase.MISSED
         locked = int(self.world.state.locked[b].sum())
-        cqi = distance = float("nan")
+        cqi = cqi_all = distance = float("nan")
         if not error:
             hull = hull_quality(
                 self.world.knots_as_published(b),
@@ -308,14 +309,17 @@ class _Flight:
                 self.world.net_center(b),
                 self.world.debris_position(b),
                 quality,
+                self.world.net_center_all(b),
             )
-            cqi, distance = hull.cqi, hull.distance
+            cqi, cqi_all, distance = hull.cqi, hull.cqi_all, hull.distance
+        decides = quality.deciding(cqi, cqi_all)
         return Outcome(
-            captured=not error and not missed and captured(cqi, locked, scenario.mus, quality),
+            captured=not error and not missed and captured(decides, locked, scenario.mus, quality),
             verdict=f"error: {error}"
             if error
-            else verdict(cqi, locked, scenario.mus, quality, mission.reason if missed else ""),
+            else verdict(decides, locked, scenario.mus, quality, mission.reason if missed else ""),
             cqi=cqi,
+            cqi_all=cqi_all,
             locked_pairs=locked,
             trigger_time_s=seconds_between(0, mission.closing_ns) if mission.closing else None,
             end_time_s=seconds_between(0, stamp_ns),

@@ -98,7 +98,9 @@ class Outcome:
     verdict: str
     """One sentence."""
     cqi: float
-    """Settled Capture Quality Index."""
+    """Settled Capture Quality Index, the net's centre of mass that of its knots."""
+    cqi_all: float = field(default=math.nan, kw_only=True)
+    """The same with the MUs counted in the net's centre of mass."""
     locked_pairs: int
     trigger_time_s: float | None
     """Start of closing after launch [s]; None when the trigger never came."""

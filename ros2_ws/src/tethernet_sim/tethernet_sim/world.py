@@ -106,6 +106,13 @@ class World:
         x, y, z = self.state.knot_pos[index] @ self._knot_weight
         return float(x), float(y), float(z)
 
+    def net_center_all(self, index: int) -> tuple[float, float, float]:
+        """Centre of mass of knots and MUs [m], frame launch."""
+        arrays, mu_mass = self.model.arrays, self.model.numbers.mu_mass
+        moment = self.state.knot_pos[index] @ arrays.knot_mass + mu_mass * self.state.mu_pos[index].sum(axis=0)
+        x, y, z = moment / (arrays.knot_mass.sum() + mu_mass * len(arrays.mu_knot))
+        return float(x), float(y), float(z)
+
     def debris_position(self, index: int) -> tuple[float, float, float]:
         """The debris' centre of mass [m], frame launch."""
         x, y, z = self.state.bodies[index, DEBRIS, POSITION]

@@ -14,7 +14,6 @@ from .scene import mu_color
 
 _AXIS_COLORS = ("#D55E00", "#009E73", "#0072B2")
 _CQI_SHOWN = 12.0
-_DEFAULT_THRESHOLD = 2.5
 
 
 def mark_phases(axes, data: MissionData, *, named: bool = True) -> None:
@@ -119,14 +118,15 @@ def fuel(axes, data: MissionData) -> None:
 def capture(axes, data: MissionData) -> None:
     """CQI (left) and locked pairs (right) over time."""
     cqi, pairs = quality(data)
-    threshold = find_number(data.parameters, "cqi_threshold") or _DEFAULT_THRESHOLD
+    threshold = find_number(data.parameters, "cqi_threshold")
     if cqi.known:
         axes.plot(cqi.time_s, cqi.value, color="#0072B2", linewidth=1.6)
-        axes.axhline(threshold, color="#0072B2", linewidth=0.8, linestyle="--")
-        axes.annotate(
-            f"captured below {threshold:g}", (0.02, threshold), xycoords=("axes fraction", "data"), xytext=(0, 2),
-            textcoords="offset points", fontsize=8, color="#0072B2",
-        )  # fmt: skip
+        if threshold is not None:
+            axes.axhline(threshold, color="#0072B2", linewidth=0.8, linestyle="--")
+            axes.annotate(
+                f"captured below {threshold:g}", (0.02, threshold), xycoords=("axes fraction", "data"), xytext=(0, 2),
+                textcoords="offset points", fontsize=8, color="#0072B2",
+            )  # fmt: skip
     else:
         axes.text(0.5, 0.5, "not measured", transform=axes.transAxes, ha="center", color="#0072B2")
     axes.set_ylabel("CQI [-]", color="#0072B2")

@@ -48,6 +48,7 @@ def summary(data: MissionData, bag: Path) -> dict[str, Any]:
             "verdict": verdict(data),
             "captured": bool(data.final.message.captured) if data.final else None,
             "cqi": float(cqi.value[-1]) if len(cqi.value) else None,
+            "cqi_all": float(getattr(data.final.message, "cqi_all", math.nan)) if data.final else None,
             "locked_pairs": int(pairs.value[-1]) if len(pairs.value) else None,
             "max_locked_pairs": design.max_locked_pairs if design else None,
             "required_locked_pairs": design.required_locked_pairs if design else None,
@@ -113,6 +114,7 @@ def text(content: dict[str, Any]) -> str:
         f"  {name:<28}{value}"
         for name, value in (
             ("CQI", _number(content["cqi"], 2)),
+            ("CQI with the MUs counted", _number(content["cqi_all"], 2)),
             ("locked pairs", _pairs(content)),
             ("trigger", _number(content["trigger_s"], 2, " s after launch")),
             ("closing began", _began(content)),

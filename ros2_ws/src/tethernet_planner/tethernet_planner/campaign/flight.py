@@ -65,6 +65,7 @@ def failed(scenario: Scenario, error: str) -> Outcome:
         captured=False,
         verdict=f"error: {error}",
         cqi=math.nan,
+        cqi_all=math.nan,
         locked_pairs=0,
         trigger_time_s=None,
         end_time_s=math.nan,

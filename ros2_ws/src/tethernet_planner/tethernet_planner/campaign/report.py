@@ -17,7 +17,10 @@ from .statistics import Estimate, Summary, summarise
 GROUPED_BY = ("mus", "policy", "group")
 NEEDED = (*GROUPED_BY, "captured", "locked_pairs", "cqi")
 """Without these it is no outcomes file."""
-HEAD = ("missions", "captured %", "fuel per MU, g", "to the trigger, g", "CQI", "errors", "locked pairs: missions")
+HEAD = (
+    "missions", "captured %", "fuel per MU, g", "to the trigger, g", "CQI", "CQI, MUs counted", "errors",
+    "locked pairs: missions",
+)  # fmt: skip
 
 
 def read(paths: Iterable[Path]) -> list[Row]:
@@ -66,7 +69,7 @@ def _cells(summary: Summary) -> tuple[str, ...]:
         _between(summary.success, 100.0, 1),
         _between(summary.fuel_kg, 1e3, 2),
         _between(summary.fuel_at_trigger_kg, 1e3, 2),
-        "-" if summary.cqi is None else f"{summary.cqi:.2f}",
+        *("-" if value is None else f"{value:.2f}" for value in (summary.cqi, summary.cqi_all)),
         str(summary.errors),
         ", ".join(f"{pairs}: {count}" for pairs, count in summary.locked_pairs.items()),
     )

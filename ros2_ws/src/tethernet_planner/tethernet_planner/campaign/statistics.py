@@ -39,7 +39,9 @@ class Summary:
     fuel_at_trigger_kg: Estimate | None
     """The same, launch to the start of closing [kg]."""
     cqi: float | None
-    """Mean settled CQI of the missions that have one."""
+    """Mean settled CQI of the missions that have one, with the knots' centre of mass."""
+    cqi_all: float | None
+    """The same with the MUs counted."""
     locked_pairs: dict[int, int]
     """How often so many pairs were locked."""
 
@@ -87,7 +89,7 @@ def summarise(outcomes: Sequence[Outcome]) -> Summary:
     """
     good = [outcome for outcome in outcomes if not outcome.error]
     captured = sum(outcome.captured for outcome in outcomes)
-    cqi = mean([outcome.cqi for outcome in good])
+    cqi, cqi_all = (mean([getattr(outcome, name) for outcome in good]) for name in ("cqi", "cqi_all"))
     return Summary(
         count=len(outcomes),
         captured=captured,
@@ -96,5 +98,6 @@ def summarise(outcomes: Sequence[Outcome]) -> Summary:
         fuel_kg=mean([float(np.mean(outcome.fuel_kg)) for outcome in good]),
         fuel_at_trigger_kg=mean([float(np.mean(outcome.fuel_at_trigger_kg)) for outcome in good]),
         cqi=None if cqi is None else cqi.value,
+        cqi_all=None if cqi_all is None else cqi_all.value,
         locked_pairs=dict(sorted(Counter(outcome.locked_pairs for outcome in outcomes).items())),
     )

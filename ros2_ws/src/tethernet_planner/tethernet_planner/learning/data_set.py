@@ -10,6 +10,8 @@ from pathlib import Path
 import numpy as np
 
 from tethernet_control.atomic_file import write_whole
+from tethernet_control.parameters import load
+from tethernet_sim.capture_quality import QualityParameters
 from tethernet_sim.scenario import Outcome, Scenario
 
 from .flown import CQI_LIMIT
@@ -28,8 +30,9 @@ COLUMNS = {
         "central knot, the MUs; null where closing never began",
     ),
     "error": ("-", "why the simulation failed; empty"),
-    "captured": ("-", "settled CQI below 2.5 and enough locked pairs"),
+    "captured": ("-", "settled CQI below the threshold of the settings and enough locked pairs"),
     "cqi": ("-", "settled Capture Quality Index, 15 s after the start of closing; null in an error"),
+    "cqi_all": ("-", "the same with the MUs counted in the net's centre of mass"),
     "locked_pairs": ("-", "locked pairs at the end"),
     "trigger_time_s": ("s", "start of closing after launch; null where it never came"),
     "fuel_kg": ("kg", "fuel of each MU, launch to end"),
@@ -59,6 +62,7 @@ def schema(mus: int, about: dict):
         "error": pa.string(),
         "captured": pa.bool_(),
         "cqi": pa.float64(),
+        "cqi_all": pa.float64(),
         "locked_pairs": pa.int16(),
         "trigger_time_s": pa.float64(),
         "fuel_kg": pa.list_(pa.float64(), mus),
@@ -92,6 +96,7 @@ def rows(
             "error": outcome.error,
             "captured": outcome.captured,
             "cqi": number_or_null(outcome.cqi),
+            "cqi_all": number_or_null(outcome.cqi_all),
             "locked_pairs": outcome.locked_pairs,
             "trigger_time_s": outcome.trigger_time_s,
             "fuel_kg": list(outcome.fuel_kg),
@@ -126,7 +131,7 @@ class Captures:
     features: np.ndarray  # (n, 990 or 1014) float32
     """See :mod:`.net_features`."""
     cqi: np.ndarray  # (n,)
-    """Settled, at most CQI_LIMIT."""
+    """Settled, the one that decides, at most CQI_LIMIT."""
     locked_pairs: np.ndarray  # (n,)
     closing_fuel_kg: np.ndarray  # (n,)
     """Total of all MUs after the start of closing [kg]."""
@@ -137,11 +142,14 @@ class Captures:
     """Scenarios of the whole data set that were not captured."""
     about: dict
     """Seed, settings, commit."""
+    quality: QualityParameters
+    """By which captures were judged."""
 
     def chosen(self, which: np.ndarray) -> Captures:
         """Some of them, by index or mask; the counts stay those of the whole data set."""
         arrays = (self.features, self.cqi, self.locked_pairs, self.closing_fuel_kg, self.captured)
-        return Captures(self.mus, *(array[which] for array in arrays), self.scenarios, self.failures, self.about)
+        chosen = (array[which] for array in arrays)
+        return Captures(self.mus, *chosen, self.scenarios, self.failures, self.about, self.quality)
 
 
 def read(path: Path) -> Captures:
@@ -158,8 +166,14 @@ def read(path: Path) -> Captures:
     except (OSError, pa.ArrowInvalid) as error:
         raise ValueError(f"{path} cannot be read as Parquet: {error}") from error
     about = (table.schema.metadata or {}).get(b"tethernet")
-    if about is None or set(table.column_names) != set(COLUMNS) or not len(table):
+    names = set(table.column_names)
+    if about is None or names | {"cqi_all"} != set(COLUMNS) or not len(table):
         raise ValueError(f"{path} is no data set; allowed: what tethernet_planner.learning.make_data writes")
+    facts = json.loads(about)
+    quality = load(QualityParameters, facts.get("settings", {}).get("quality"))
+    decides = quality.deciding("cqi", "cqi_all")
+    if decides not in names:
+        raise ValueError(f"{path} has no column {decides}, by which its captures are judged; make it anew")
     mus = table["mus"][0].as_py()
     captured = np.array(table["captured"].to_pylist(), bool)
     kept = table.filter(table["features"].is_valid())
@@ -170,11 +184,12 @@ def read(path: Path) -> Captures:
     return Captures(
         mus,
         np.array(flat, np.float32).reshape(-1, feature_count(mus)),
-        np.minimum(np.array(kept["cqi"].to_pylist(), float), CQI_LIMIT),
+        np.minimum(np.array(kept[decides].to_pylist(), float), CQI_LIMIT),
         np.array(kept["locked_pairs"].to_pylist(), float),
         (fuel - at_trigger).sum(axis=1),
         np.array(kept["captured"].to_pylist(), bool),
         len(table),
         int((~captured).sum()),
-        json.loads(about),
+        facts,
+        quality,
     )

@@ -7,6 +7,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from tethernet_sim.capture_quality import QualityParameters
 from tethernet_sim.fly import CHUNK, Settings
 from tethernet_sim.scenario import Outcome
 
@@ -33,6 +34,8 @@ class Evaluated:
     """By policy, nominal first."""
     outcomes: Mapping[str, Sequence[Outcome]]
     """Likewise."""
+    quality: QualityParameters
+    """By which captures were judged."""
 
     def compared(self) -> dict[str, Comparison]:
         """Each policy but the nominal one against that."""
@@ -94,7 +97,12 @@ def evaluate(
         progress(outcomes)
     rest = iter(flown)
     return [
-        Evaluated(mus, by_policy, {name: [next(rest) for _ in cases] for name, cases in by_policy.items()})
+        Evaluated(
+            mus,
+            by_policy,
+            {name: [next(rest) for _ in cases] for name, cases in by_policy.items()},
+            settings.quality,
+        )
         for mus, by_policy in aimed.items()
     ]
 
@@ -112,7 +120,7 @@ def as_json(evaluated: Sequence[Evaluated]) -> dict:
 def _design(e: Evaluated) -> dict:
     by_policy = {}
     for name, cases in e.cases.items():
-        by_policy[name] = {"model": policies.fingerprint(name, e.mus), **records(cases, e.outcomes[name])}
+        by_policy[name] = {"model": policies.fingerprint(name, e.mus), **records(cases, e.outcomes[name], e.quality)}
     for name, comparison in e.compared().items():
         facts = {field.name: _estimate(getattr(comparison, field.name)) for field in dataclasses.fields(comparison)}
         by_policy[name]["against_nominal"] = facts

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 from tethernet_control.layout import FALLBACK
+from tethernet_sim.capture_quality import tight
 
 from .. import policies, shipped_models
 from ..campaign import pictures
@@ -57,7 +59,8 @@ def _column(e: Evaluated, name: str, against: Comparison | None) -> dict[str, st
         "less fuel than nominal, mean of pairs, %": "-",
         "the same where both captured, %": "-",
         "captured by both / nominal only / this only / neither": "-",
-        "CQI, mean": "-" if summary.cqi is None else f"{summary.cqi:.2f}",
+        "CQI, mean; below the threshold": _quality(e, name, "cqi"),
+        "CQI with the MUs counted, mean; below the threshold": _quality(e, name, "cqi_all"),
         "locked pairs: missions": ", ".join(f"{pairs}: {n}" for pairs, n in summary.locked_pairs.items()),
         "in error; nominal points instead": f"{summary.errors}; {fallen_back}",
     }
@@ -67,6 +70,15 @@ def _column(e: Evaluated, name: str, against: Comparison | None) -> dict[str, st
         counts = (against.both, against.only_nominal, against.only_policy, against.neither)
         column["captured by both / nominal only / this only / neither"] = " / ".join(map(str, counts))
     return column
+
+
+def _quality(e: Evaluated, name: str, kind: str) -> str:
+    """Mean of one of the two indices, and in how many missions it is below the threshold."""
+    known = [value for outcome in e.outcomes[name] if math.isfinite(value := getattr(outcome, kind))]
+    if not known:
+        return "-"
+    below = sum(tight(value, e.quality) for value in known)
+    return f"{sum(known) / len(known):.2f}; {below} of {len(e.outcomes[name])}"
 
 
 def _paper(paper: PaperFigures) -> dict[str, str]:

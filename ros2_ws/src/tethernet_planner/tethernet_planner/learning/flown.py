@@ -7,11 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tethernet_control.layout import design
+from tethernet_sim.capture_quality import QualityParameters, captured
 from tethernet_sim.scenario import Outcome
-
-CQI_THRESHOLD = 2.5
-"""Captured with a settled CQI up to this (paper)."""
 
 CQI_LIMIT = 20.0
 """Beyond this the CQI says no more than "missed" (the paper models it below 20); a simulation in error counts as it."""
@@ -23,26 +20,34 @@ class Flown:
 
     mus: int
     cqi: np.ndarray
-    """Settled Capture Quality Index, at most CQI_LIMIT."""
+    """The settled Capture Quality Index that decides, at most CQI_LIMIT."""
     locked_pairs: np.ndarray
     fuel_kg: np.ndarray
     """Total of all MUs, launch to end [kg]."""
     mouth_area_m2: np.ndarray
     """At the start of closing [m^2]; 0 where that never came."""
+    quality: QualityParameters
+    """By which a capture is judged."""
 
     @property
     def captured(self) -> np.ndarray:
-        """The paper's test of success, CQI at most 2.5 and enough locked pairs, as in the reward."""
-        return (self.cqi <= CQI_THRESHOLD) & (self.locked_pairs >= design(self.mus).required_locked_pairs)
+        """The test of success, as of every mission."""
+        return captured(self.cqi, self.locked_pairs, self.mus, self.quality)
 
 
-def from_outcomes(outcomes: Sequence[Outcome]) -> Flown:
-    """Arrays of outcomes of one design; a mission in error counts as missed by far."""
-    cqi = np.array([outcome.cqi for outcome in outcomes], float)
+def from_outcomes(outcomes: Sequence[Outcome], quality: QualityParameters) -> Flown:
+    """Arrays of outcomes of one design; a mission in error counts as missed by far.
+
+    Args:
+        outcomes: at least one.
+        quality: they were judged by.
+    """
+    cqi = np.array([quality.deciding(outcome.cqi, outcome.cqi_all) for outcome in outcomes], float)
     return Flown(
         outcomes[0].mus,
         np.where(np.isfinite(cqi), np.minimum(cqi, CQI_LIMIT), CQI_LIMIT),
         np.array([0 if outcome.error else outcome.locked_pairs for outcome in outcomes]),
         np.array([sum(outcome.fuel_kg) for outcome in outcomes]),
         np.array([outcome.mouth_area_m2 or 0.0 for outcome in outcomes]),
+        quality,
     )

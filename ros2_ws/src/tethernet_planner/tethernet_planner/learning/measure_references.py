@@ -29,7 +29,8 @@ def measure(mus: int, count: int, seed: int, settings: Settings) -> dict:
     """The constants for one design, and how they came about."""
     scenarios = task.random_scenarios(mus, Purpose.REWARD_REFERENCES, seed, 0, count)
     progress = Progress(f"missions with {mus} MUs", count)
-    done = flown.from_outcomes(fly_many(scenarios, settings, progress=lambda n, _: progress.tell(n)))
+    outcomes = fly_many(scenarios, settings, progress=lambda n, _: progress.tell(n))
+    done = flown.from_outcomes(outcomes, settings.quality)
     return {
         "fuel_max_kg": round(FUEL_FACTOR * float(done.fuel_kg[done.captured].max()), 4),
         "mouth_max_m2": round(float(done.mouth_area_m2.max()), 1),

@@ -55,7 +55,7 @@ def measure(mus: int, count: int, seed: int, settings: Settings) -> dict:
     closed = [i for i, outcome in enumerate(first) if outcome.trigger_time_s is not None]
     if not closed:
         raise ValueError(f"closing began in none of {count} scenarios; take more")
-    a, b = (from_outcomes([outcomes[i] for i in closed]) for outcomes in (first, second))
+    a, b = (from_outcomes([outcomes[i] for i in closed], settings.quality) for outcomes in (first, second))
     differ = float((a.captured != b.captured).mean())
     both = (a.cqi < CQI_LIMIT) & (b.cqi < CQI_LIMIT)
     return {

@@ -43,7 +43,7 @@ def measure(mus: int, factor: float, count: int, seed: int, settings: Settings) 
     offsets = tuple(map(tuple, moved.tolist()))
     scenarios = task.random_scenarios(mus, Purpose.OFFSET_OPTIMISATION, seed, 0, count)
     outcomes = fly_many([dataclasses.replace(s, aiming_offsets=offsets) for s in scenarios], settings)
-    flown = from_outcomes(outcomes)
+    flown = from_outcomes(outcomes, settings.quality)
     times = [outcome.trigger_time_s for outcome in outcomes if outcome.trigger_time_s is not None]
     return {
         "captured": float(flown.captured.mean()),

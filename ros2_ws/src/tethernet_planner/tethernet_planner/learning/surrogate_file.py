@@ -12,9 +12,9 @@ from pathlib import Path
 import numpy as np
 
 from tethernet_control.layout import design
+from tethernet_sim.capture_quality import QualityParameters, captured, tight
 
 from . import model_file, networks
-from .flown import CQI_THRESHOLD
 from .model_file import ModelFileError
 from .net_features import feature_count
 
@@ -75,9 +75,9 @@ class Predictions:
     capture_probability: np.ndarray
     """Calibrated, 0 to 1."""
 
-    def captured(self, mu_count: int) -> np.ndarray:
+    def captured(self, mu_count: int, quality: QualityParameters) -> np.ndarray:
         """The paper's decision: predicted CQI and rounded pairs against their thresholds."""
-        return (self.cqi <= CQI_THRESHOLD) & (np.round(self.locked_pairs) >= design(mu_count).required_locked_pairs)
+        return captured(self.cqi, np.round(self.locked_pairs), mu_count, quality)
 
 
 @dataclass(frozen=True)
@@ -91,7 +91,7 @@ class Surrogate:
     """``k.NAME``: those of member k, see :mod:`.networks`; ``input_mean``, ``input_scale``, shape (990 or 1014,);
     ``output_mean``, ``output_scale``, shape (3,); ``calibration``, slope and shift of the logit, shape (2,)."""
     errors: dict[str, PredictionErrors]
-    """``all``; ``near``, where the predicted CQI is at most 2.5; ``far``, where it is above."""
+    """``all``; ``near``, where the predicted CQI is below the threshold; ``far``, where it is not."""
     about: dict
     """Data, training, scores: facts for the model card."""
 
@@ -137,13 +137,16 @@ class Surrogate:
             for number in numbers
         ]
 
-    def draw_errors(self, predicted: Predictions, draws: np.ndarray, noise: str) -> tuple[np.ndarray, np.ndarray]:
+    def draw_errors(
+        self, predicted: Predictions, draws: np.ndarray, noise: str, quality: QualityParameters
+    ) -> tuple[np.ndarray, np.ndarray]:
         """Errors to add to predictions.
 
         Args:
             predicted: n predictions.
             draws: of the standard normal distribution, shape (n, 2).
             noise: one of NOISES.
+            quality: gives the threshold between near and far.
 
         Returns:
             For CQI and locked pairs, each of shape (n,).
@@ -156,7 +159,7 @@ class Surrogate:
         if noise == "none":
             return np.zeros(len(draws)), np.zeros(len(draws))
         near, far = (self.errors["near"], self.errors["far"]) if noise == "split" else (self.errors["all"],) * 2
-        is_near = predicted.cqi <= CQI_THRESHOLD
+        is_near = tight(predicted.cqi, quality)
         cqi = [error.cqi_mean + error.cqi_std * draws[:, 0] for error in (near, far)]
         pairs = [error.pairs_mean + error.pairs_std * draws[:, 1] for error in (near, far)]
         return np.where(is_near, *cqi), np.where(is_near, *pairs)

@@ -7,8 +7,10 @@ import time
 
 import numpy as np
 
+from tethernet_sim.capture_quality import tight
+
 from .data_set import Captures
-from .flown import CQI_LIMIT, CQI_THRESHOLD
+from .flown import CQI_LIMIT
 from .surrogate_file import PredictionErrors, Predictions, Surrogate
 
 _BINS = 10
@@ -19,7 +21,7 @@ def with_errors(surrogate: Surrogate, test: Captures) -> Surrogate:
     """The surrogate with its errors on unseen scenarios: what learning draws its noise from."""
     predicted = surrogate.predict_many(test.features)
     inside = test.cqi < CQI_LIMIT
-    near = predicted.cqi <= CQI_THRESHOLD
+    near = tight(predicted.cqi, test.quality)
     parts = {"all": inside, "near": inside & near, "far": inside & ~near}
     errors = {part: _errors(predicted, test, chosen) for part, chosen in parts.items()}
     return dataclasses.replace(surrogate, errors=errors)
@@ -51,7 +53,7 @@ def scores(surrogate: Surrogate, test: Captures) -> dict:
     """
     predicted = surrogate.predict_many(test.features)
     probability, true = predicted.capture_probability, test.captured
-    said, likely = predicted.captured(test.mus), probability > 0.5
+    said, likely = predicted.captured(test.mus, test.quality), probability > 0.5
     right = said == true
     bins = _calibration(probability, true)
     inside = test.cqi < CQI_LIMIT

@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from tethernet_control.layout import design
+from tethernet_control.parameters import defaults
+from tethernet_control.settings import MissionParameters
 
 from . import symmetry
 from .seeds import Purpose, generators
@@ -14,11 +16,14 @@ from .seeds import Purpose, generators
 if TYPE_CHECKING:
     from tethernet_sim.scenario import Scenario
 
-DEBRIS_LOW_M = (-9.0, -9.0, -60.0)
+_RULES = defaults(MissionParameters)
+_XY_M, _NEAR_M, _FAR_M = (_RULES[name] for name in ("debris_bound_xy_m", "debris_near_m", "debris_far_m"))
+
+DEBRIS_LOW_M = (-_XY_M, -_XY_M, -_FAR_M)
 """Lowest x, y, z of the debris at launch [m]."""
 
-DEBRIS_HIGH_M = (9.0, 9.0, -40.0)
-"""Highest x, y, z of the debris at launch [m]."""
+DEBRIS_HIGH_M = (_XY_M, _XY_M, -_NEAR_M)
+"""Highest x, y, z of the debris at launch [m]: the mission's own bounds (mission.yaml)."""
 
 OFFSET_LIMIT_M = 5.0
 """Largest offset of an aiming point from the nominal one, in x and in y [m]."""

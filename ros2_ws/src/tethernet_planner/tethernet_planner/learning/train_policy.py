@@ -36,6 +36,9 @@ def train(folder: Path, settings: PpoSettings, source: sources.Source, reward: R
 
     Returns:
         The policy's file.
+
+    Raises:
+        CheckpointError: when the folder's newest checkpoint is damaged.
     """
     from stable_baselines3.common.logger import configure
 
@@ -46,7 +49,9 @@ def train(folder: Path, settings: PpoSettings, source: sources.Source, reward: R
     found = checkpoint.newest(checkpoints)
     begun = int(found.name) if found else 0
     env = AimingVecEnv(source, reward, settings.envs, settings.seed, begun, settings.symmetry)
-    model = checkpoint.load(found, env) if found else new_model(settings, env)
+    model = new_model(settings, env)
+    if found:
+        checkpoint.load(found, model)
     model.set_logger(configure(str(folder / "tensorboard"), ["tensorboard"]))
     lines = [line for line in history.read(folder / history.FILE) if line[0] <= begun]
     progress = Progress(f"episodes with {settings.mus} MUs", settings.episodes, begun)
@@ -89,7 +94,11 @@ def main(argv: Sequence[str] | None = None) -> int:
 
     torch.set_num_threads(options.torch_threads)
     about = {"method": "ppo", **facts, "commit": model_file.commit()}
-    file = train(options.output, settings, source, reward, about)
+    try:
+        file = train(options.output, settings, source, reward, about)
+    except checkpoint.CheckpointError as error:
+        print(f"error: {error}", file=sys.stderr)
+        return 2
     print(file)
     print(json.dumps(model_file.read(file, KIND)[1]["last_tenth"], indent=2))
     return 0

@@ -87,6 +87,7 @@ class NetStateMessage:
         message = self.message
         set_stamp(message.header.stamp, stamp_ns)
         set_xyz(message.center_of_mass, world.net_center(0))
+        set_xyz(message.center_of_mass_all, world.net_center_all(0))
         # Buffers, not lists: setting long lists element by element is slow.
         message.knot_positions = _floats(world.knots_as_published(0))
         message.knot_velocities = _floats(world.knot_velocities_as_published(0))
