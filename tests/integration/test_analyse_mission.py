@@ -149,7 +149,7 @@ def test_a_torn_bag_is_analysed_as_far_as_it_goes(run, tmp_path, coarse, capsys)
     (tmp_path / "bag" / "bag_0.mcap").write_bytes(content[: len(content) // 2])
     status, out, _ = analyse(capsys, tmp_path, "--output", tmp_path / "out")
     assert status == 0
-    assert "note: the bag is torn: bag_0.mcap, byte " in out
+    assert "note: the bag is damaged: bag_0.mcap, byte " in out
     assert "no verdict in this bag: it ends in phase DEPLOYING" in out
     assert {path.name for path in (tmp_path / "out").iterdir()} == PICTURES
     status, out, _ = analyse(capsys, tmp_path, "--salvage")
@@ -157,7 +157,7 @@ def test_a_torn_bag_is_analysed_as_far_as_it_goes(run, tmp_path, coarse, capsys)
     assert "recovered " in out
     status, out, _ = analyse(capsys, tmp_path / "bag_salvaged", "--output", tmp_path / "out2")
     assert status == 0
-    assert "the bag is torn" not in out
+    assert "the bag is damaged" not in out
 
 
 @pytest.mark.parametrize(

@@ -199,6 +199,14 @@ def test_memory_is_bounded_by_the_chunk(tmp_path):
     assert writer.counts == [100]
 
 
+def test_empty_messages_take_memory_too(tmp_path):
+    writer = BagWriter(tmp_path / "bag", [text_topic()], run_info={}, chunk_bytes=1000)
+    for number in range(1000):
+        writer.write(0, number, number, number, b"")
+        assert writer.pending_count <= 1000 // 31
+    writer.close()
+
+
 def test_times_out_of_order_are_sorted_within_a_chunk(tmp_path):
     writer = BagWriter(tmp_path / "bag", [text_topic("/a"), text_topic("/b")], run_info={})
     for topic, time in ((1, 5), (0, 7), (0, 5), (1, 3)):

@@ -52,7 +52,7 @@ class BagWriter:
         topics: Sequence[BagTopic],
         *,
         run_info: Mapping[str, str],
-        chunk_bytes: int = 1 << 20,
+        chunk_bytes: int = 1 << 18,
         zstd_level: int = 1,
     ):
         self.folder = folder

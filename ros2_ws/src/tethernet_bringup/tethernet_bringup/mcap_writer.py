@@ -58,7 +58,7 @@ class McapWriter:
         BagWriteError: when the file cannot be made.
     """
 
-    def __init__(self, path: Path, *, profile: str = "ros2", chunk_bytes: int = 1 << 20, zstd_level: int = 1):
+    def __init__(self, path: Path, *, profile: str = "ros2", chunk_bytes: int = 1 << 18, zstd_level: int = 1):
         self._path = path
         self._chunk_bytes = chunk_bytes
         self._compressor = zstandard.ZstdCompressor(level=zstd_level)
@@ -69,6 +69,7 @@ class McapWriter:
         self._pending: list[tuple[int, int, int, int, bytes]] = []
         self._pending_bytes = 0
         self._end = 0
+        self._checksum = 0  # of the whole file so far
         self.counts: Counter[int] = Counter()
         """Messages in the file by channel, those of the open chunk not counted."""
         self.start_time = 0
@@ -137,7 +138,7 @@ class McapWriter:
             BagWriteError: when a full chunk cannot be written; the messages stay in memory.
         """
         self._pending.append((log_time, channel, sequence, publish_time, data))
-        self._pending_bytes += len(data)
+        self._pending_bytes += len(data) + _MESSAGE.size  # many empty messages take memory too
         if self._pending_bytes >= self._chunk_bytes:
             self.flush()
 
@@ -215,7 +216,7 @@ class McapWriter:
         return b"".join(parts), entries
 
     def _summary(self) -> bytes:
-        start = self._end + len(data_end := _packed(DataEnd(data_section_crc=0)))
+        start = self._end + len(data_end := _packed(DataEnd(data_section_crc=self._checksum)))
         statistics = Statistics(
             attachment_count=0, channel_count=len(self._channels), channel_message_counts=dict(self.counts),
             chunk_count=len(self._chunks), message_count=self.message_count, message_end_time=self.end_time,
@@ -255,6 +256,7 @@ class McapWriter:
                 pass  # the error itself matters more; readers cope with half a record at the end
             raise BagWriteError(f"cannot write {self._path}: {cause(error)}") from error
         self._end += len(record)
+        self._checksum = zlib.crc32(record, self._checksum)
 
 
 def _packed(record: McapRecord) -> bytes:

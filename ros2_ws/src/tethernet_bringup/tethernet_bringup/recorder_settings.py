@@ -27,7 +27,10 @@ class RecorderParameters:
     )  # fmt: skip
     flush_period_s: float = parameter("Wall time of messages that kill -9 may cost", unit="s", low=0.05, high=60.0)
     chunk_bytes: int = parameter(
-        "A chunk is written when it holds so much, so this bounds the memory", unit="B", low=1 << 10, high=1 << 24
+        "A chunk is written when it holds so much: bounds the memory, and what a damaged byte of the file costs",
+        unit="B",
+        low=1 << 10,
+        high=1 << 24,
     )
     zstd_level: int = parameter(
         "Compression; above 1 it costs time and gains little on floating-point numbers", low=1, high=19

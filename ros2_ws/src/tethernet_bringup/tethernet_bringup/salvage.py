@@ -39,6 +39,8 @@ class Salvage:
     """Largest log time [ns]."""
     problems: tuple[str, ...]
     """What is wrong with the torn bag; empty for a whole one."""
+    verified: bool
+    """Whether checksums over every byte say that the bag was whole."""
 
 
 def salvage(torn: Path, out: Path | None = None) -> Salvage:
@@ -62,11 +64,10 @@ def salvage(torn: Path, out: Path | None = None) -> Salvage:
         raise NotABagError(f"not one message can be recovered from {torn} ({why})")
     for _ in messages:
         pass
-    problems = tuple(bag.problems)
-    return _rewrite(bag, out, problems)
+    return _rewrite(bag, out)
 
 
-def _rewrite(bag: BagReader, out: Path, problems: tuple[str, ...]) -> Salvage:
+def _rewrite(bag: BagReader, out: Path) -> Salvage:
     topics = list(bag.topics.values())
     number = {topic.name: index for index, topic in enumerate(topics)}
     is_new = not out.exists()
@@ -80,7 +81,7 @@ def _rewrite(bag: BagReader, out: Path, problems: tuple[str, ...]) -> Salvage:
             shutil.rmtree(out, ignore_errors=True)  # half a salvage would pass for the whole
         raise
     start, end = writer.span_ns
-    return Salvage(out, sum(writer.counts), start, end, problems)
+    return Salvage(out, sum(writer.counts), start, end, tuple(bag.problems), bag.verified)
 
 
 def _default_output(torn: Path) -> Path:
@@ -116,8 +117,10 @@ def run(torn: Path, out: Path | None) -> int:
         return 1
     seconds = [time * NANOSECOND_S for time in (result.start_ns, result.end_ns)]
     print(f"recovered {result.message_count} messages, {seconds[0]:.2f} s to {seconds[1]:.2f} s, into {result.folder}")
-    if not result.problems:
+    if result.verified:
         print("the bag was whole")
+    elif not result.problems:
+        print("nothing is missing as far as can be seen; the bag has no checksums that could prove it")
     for problem in result.problems:
         print(f"lost: {problem}")
     return 0

@@ -96,7 +96,7 @@ def verdict(data: MissionData) -> str:
 def remarks(data: MissionData) -> list[str]:
     """What is wrong with the bag, what is missing, what was left out."""
     bad = [f"{topic}: {count} messages do not fit their type" for topic, count in sorted(data.undecodable.items())]
-    torn = [f"the bag is torn: {problem}" for problem in data.problems]
+    torn = [f"the bag is damaged: {problem}" for problem in data.problems]
     return torn + bad + nonfinite(data) + missing(data)
 
 
