@@ -67,13 +67,21 @@ def test_the_default_mission_captures_exactly_as_in_one_process(tmp_path, domain
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("mus", "debris"), [(4, (0.0, 0.0, -50.0)), (4, (8.9, 6.2, -44.0)), (8, (8.9, 6.2, -44.0))])
-def test_other_missions_fly_exactly_as_in_one_process(tmp_path, domain_id, mus, debris):
-    flags = ("--mus", str(mus), "--debris", *map(str, debris), *LOCKSTEP)
+@pytest.mark.parametrize(
+    ("mus", "debris", "tumble"),
+    [
+        (4, (0.0, 0.0, -50.0), (0.0, 0.0, 0.0)),
+        (4, (8.9, 6.2, -44.0), (0.0, 0.0, 0.0)),
+        (8, (8.9, 6.2, -44.0), (0.0, 0.0, 0.0)),
+        (8, (-3.0, 5.0, -47.0), (0.05, -0.03, 0.02)),
+    ],
+)
+def test_other_missions_fly_exactly_as_in_one_process(tmp_path, domain_id, mus, debris, tumble):
+    flags = ("--mus", str(mus), "--debris", *map(str, debris), "--tumble", *map(str, tumble), *LOCKSTEP)
     with MissionCommand(tmp_path, domain_id, *flags) as mission:
         status = mission.finish()
         assert status == (0 if mission.outcome["captured"] else 3), mission.text
-        assert_same(mission.outcome, in_process(mus=mus, debris_position=debris))
+        assert_same(mission.outcome, in_process(mus=mus, debris_position=debris, debris_rate=tumble))
         if mus == 8:
             assert mission.outcome["captured"]
             assert mission.outcome["cqi"] < 2.5
