@@ -6,12 +6,13 @@ import time
 
 from tethernet_bringup.domain_claim import DomainClaim
 from tethernet_bringup.flight import Flight, FlightPlan
-from tethernet_bringup.graph import Publisher
+from tethernet_bringup.graph import GraphCheck, Publisher
 from tethernet_bringup.interrupts import Interrupts
 from tethernet_bringup.outcome import ExitStatus, FlightRecord, exit_status
 from tethernet_bringup.progress import Display
 from tethernet_bringup.supervisor_settings import SupervisorParameters
 from tethernet_control.parameters import load
+from tethernet_sim.warm_up import COMPILED, COMPILING
 
 
 class Crew:
@@ -123,3 +124,50 @@ def test_nothing_is_started_beside_a_mission_that_only_the_graph_shows(tmp_path)
     record = fly(crew, Interrupts(), Graph({"/mu3/thrust": [Publisher("mu3_\x1b[31mcontroller", b"1")]}))
     assert not crew.started
     assert "somebody else is in DDS domain 900: node mu3_\\x1b[31mcontroller publishes /mu3/thrust" in record.faults[0]
+
+
+class CompilingCrew(Crew):
+    """Its simulator says that it compiles, for so many looks at its log."""
+
+    def __init__(self, folder, looks):
+        super().__init__(folder)
+        self.looks = looks
+        self.shown = 0
+
+    def tail(self, name):
+        assert name == "sim"
+        self.shown += 1
+        return (f"{COMPILING}: about a minute, this once",) if self.shown <= self.looks else (f"{COMPILED} in 50 s",)
+
+
+class SlowGraph(Graph):
+    """No node is there, ever."""
+
+    def check_graph(self, endpoints):
+        return GraphCheck(endpoints, lambda _: [], lambda _: [])
+
+    def check_connections(self, audiences):
+        return None
+
+
+def test_a_simulator_that_compiles_is_waited_for_beyond_the_patience_with_nodes(tmp_path):
+    crew, text = CompilingCrew(tmp_path, looks=200), io.StringIO()
+    parameters = dataclasses.replace(load(SupervisorParameters), probe_s=0.01, graph_timeout_s=0.05)
+    plan = FlightPlan((), 8, (), True, 901, 1.0, parameters)
+    record = FlightRecord(mu_count=8, seed=1, policy="nominal")
+    flight = Flight(plan, crew, Interrupts(), record, Display(text, 2.0), time.monotonic(), lambda _: SlowGraph())
+    flight.fly()
+    assert crew.shown > crew.looks, "it was waited for as long as it said so"
+    assert record.faults[0].startswith("nodes are missing"), "and then no longer than for any node"
+    assert text.getvalue().count(f"sim: {COMPILING}") == 1
+
+
+def test_a_compiler_that_never_ends_is_not_waited_for_for_ever(tmp_path):
+    crew = CompilingCrew(tmp_path, looks=10**9)
+    parameters = dataclasses.replace(
+        load(SupervisorParameters), probe_s=0.01, graph_timeout_s=0.02, compile_timeout_s=0.1
+    )
+    record = FlightRecord(mu_count=8, seed=1, policy="nominal")
+    plan = FlightPlan((), 8, (), True, 902, 1.0, parameters)
+    Flight(plan, crew, Interrupts(), record, Display(io.StringIO(), 2.0), time.monotonic(), lambda _: SlowGraph()).fly()
+    assert record.faults[0].startswith("nodes are missing")

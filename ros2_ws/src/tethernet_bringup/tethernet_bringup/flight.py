@@ -11,11 +11,12 @@ from typing import TYPE_CHECKING
 
 from tethernet_control.mission import Phase
 from tethernet_control.ros import topics
+from tethernet_sim.warm_up import COMPILING
 
 from .domain_claim import DomainClaim, DomainTakenError
 from .graph import StrangerWatch, exclusive_topics, expected
 from .interrupts import Interrupts, MissionInterrupt
-from .nodes import RECORDER, mu_of
+from .nodes import RECORDER, SIM, mu_of
 from .outcome import FlightRecord
 from .progress import Display
 from .run_folder import keep_traceback
@@ -98,7 +99,7 @@ class Flight:
         self._strangers: StrangerWatch | None = None
         self._pulse: Pulse | None = None
         self._look_due = 0.0
-        self._started = False
+        self._started = self._told_compiling = False
         self._launched_at: float | None = None
         self._memory_due: float | None = None
 
@@ -162,6 +163,8 @@ class Flight:
 
         def complete() -> bool:
             found = graph.update() and monitor.planner_ready()
+            if not found and self._compiling():
+                return False
             self._display.live(f"{len(plan.processes)} nodes started; waiting for {graph.waiting_for or 'the planner'}")
             return found
 
@@ -173,8 +176,13 @@ class Flight:
             self._display.live(f"all nodes are there; waiting for {', '.join(connections.missing)} to be heard by all")
             return found
 
-        patience = plan.parameters.graph_timeout_s
-        self._wait(complete, patience, lambda: f"nodes are missing: {graph.describe() or 'no planner service'}")
+        patience, started = plan.parameters.graph_timeout_s, time.monotonic()
+        self._wait(
+            complete,
+            patience,
+            lambda: f"nodes are missing: {graph.describe() or 'no planner service'}",
+            lambda: self._compiling() and time.monotonic() < started + plan.parameters.compile_timeout_s,
+        )
         self._wait(connected, patience, lambda: f"nodes do not find each other: {connections.describe()}")
         self._strangers = monitor.watch_strangers(exclusive_topics(plan.mu_count, plan.external, plan.simulated))
         for topic, names in self._strangers.crowded.items():
@@ -183,6 +191,15 @@ class Flight:
         answering = [node.name for node in plan.processes if node.name != RECORDER]
         self._pulse = monitor.watch_pulse(answering, plan.parameters.hang_timeout_s)
         self._supervisor.note_shared_memory()
+
+    def _compiling(self) -> bool:
+        """Whether the simulator says that it is busy with that; the user is told once."""
+        last = self._supervisor.tail(SIM)[-1:]
+        compiling = bool(last) and last[0].startswith(COMPILING)
+        if compiling and not self._told_compiling:
+            self._told_compiling = True
+            self._display.note(f"{SIM}: {last[0]}")
+        return compiling
 
     def _crowded(self, sign: str) -> str:
         domain = self._plan.domain_id
@@ -304,9 +321,18 @@ class Flight:
         except Exception as error:
             self._record.warnings.append(f"the planner could not be told to abort: {error}")
 
-    def _wait(self, done: Callable[[], bool], timeout_s: float, complaint: Callable[[], str]) -> None:
+    def _wait(
+        self,
+        done: Callable[[], bool],
+        timeout_s: float,
+        complaint: Callable[[], str],
+        excused: Callable[[], bool] = lambda: False,
+    ) -> None:
+        """Step on until it is done; the time in which it is excused does not count."""
         deadline = time.monotonic() + timeout_s
         while not done():
+            if excused():
+                deadline = time.monotonic() + timeout_s
             if time.monotonic() > deadline:
                 raise MissionFaultError(complaint())
             self._step()

@@ -19,6 +19,10 @@ class SupervisorParameters:
         "Look so long for another mission in the DDS domain before any node is started", unit="s", low=0.0, high=60.0
     )
     graph_timeout_s: float = parameter("Wait so long for all nodes to find each other", unit="s", low=1.0, high=600.0)
+    compile_timeout_s: float = parameter(
+        "Wait so long on top of that while the simulator says that it compiles its kernels, as it does once after an "
+        "installation or a change", unit="s", low=0.0, high=3600.0,
+    )  # fmt: skip
     launch_timeout_s: float = parameter(
         "Wait so long for the launch once the planner was told to start, besides its own waiting for the controllers",
         unit="s",

@@ -7,6 +7,7 @@ if __name__ == "__main__":
 
     quiet_start()
 
+import signal
 import sys
 import time
 
@@ -44,6 +45,7 @@ from .ros.messages import BodyOdometry, MuOdometry, NetStateMessage, Transforms
 from .sensors import OdometryNoise
 from .settings import PhysicsParameters, ScenarioParameters, SimNodeParameters
 from .state import CHASER, DEBRIS
+from .warm_up import load_kernels
 from .world import World
 
 PLANNER = "planner"
@@ -67,7 +69,6 @@ class SimNode(Node):
             mission=mission,
             control=self.control,
         )
-        self._compile(physics, mission)
         self.external = set(self.scenario.external)
         for mu in self.external:
             self.world.external[0, mu - 1] = True
@@ -99,18 +100,6 @@ class SimNode(Node):
     def _initial_debris(self):
         s = self.scenario
         return np.array(s.debris_position), np.array(s.debris_attitude), np.array(s.debris_rate)
-
-    def _compile(self, physics: PhysicsParameters, mission: MissionParameters) -> None:
-        """Load or compile the kernels before anyone can see this node: who sees it, finds it ready."""
-        trial = World(
-            self.scenario.mu_count,
-            *([values] for values in self._initial_debris()),
-            physics=physics,
-            mission=mission,
-            control=self.control,
-        )
-        trial.begin_closing(0)
-        trial.advance(np.zeros((1, self.scenario.mu_count, 3)))
 
     def _make_publishers(self) -> None:
         make = self.create_publisher
@@ -321,7 +310,14 @@ class SimNode(Node):
 
 
 def main(args: list[str] | None = None) -> int:
-    """Run the node; see tethernet_control.ros.executor for the exit status."""
+    """Run the node; see tethernet_control.ros.executor for the exit status.
+
+    The kernels come first: who sees the node, finds it ready, and until then there is nothing to leave in order. The
+    compiler would not let a handler in Python have its turn.
+    """
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, signal.SIG_DFL)
+    load_kernels(lambda text: print(text, flush=True))
     return run(SimNode, args)
 
 

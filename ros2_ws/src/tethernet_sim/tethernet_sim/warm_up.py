@@ -7,6 +7,11 @@ from __future__ import annotations
 
 import sys
 import time
+from collections.abc import Callable
+from typing import Any
+
+COMPILING = "compiling the physics kernels"
+COMPILED = "compiled the physics kernels"
 
 
 def main() -> int:
@@ -22,6 +27,50 @@ def main() -> int:
         fly(Scenario(mus=mus), settings)
         print(f"{time.perf_counter() - began:.1f} s", flush=True)
     return 0
+
+
+def load_kernels(say: Callable[[str], None]) -> None:
+    """Load every kernel that a flight needs, and compile what numba's cache has not: about a minute.
+
+    Args:
+        say: called with :data:`COMPILING` before the first one is compiled, with :data:`COMPILED` after the last, and
+            not at all where all are in the cache. A watcher so knows that this process is not dead but busy.
+    """
+    import numpy as np
+    from numba.core import event
+
+    from tethernet_control.parameters import load
+    from tethernet_control.settings import ControlParameters, MissionParameters
+
+    from .settings import PhysicsParameters, ScenarioParameters
+    from .world import World
+
+    class Watch(event.Listener):
+        began: float | None = None
+
+        def on_start(self, _: Any) -> None:
+            if self.began is None:
+                self.began = time.perf_counter()
+                say(f"{COMPILING}: about a minute, this once")
+
+        def on_end(self, _: Any) -> None:
+            pass
+
+    watch = Watch()
+    with event.install_listener("numba:compile", watch):
+        scenario = load(ScenarioParameters)
+        debris = (scenario.debris_position, scenario.debris_attitude, scenario.debris_rate)
+        world = World(
+            scenario.mu_count,
+            *([np.array(values)] for values in debris),
+            physics=load(PhysicsParameters),
+            mission=load(MissionParameters),
+            control=load(ControlParameters),
+        )
+        world.begin_closing(0)
+        world.advance(np.zeros((1, scenario.mu_count, 3)))
+    if watch.began is not None:
+        say(f"{COMPILED} in {time.perf_counter() - watch.began:.0f} s")
 
 
 if __name__ == "__main__":
