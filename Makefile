@@ -8,6 +8,7 @@
 #   make lint           linter and formatter, check only; `make format` puts right what they can
 #   make bench          all benchmarks                   BENCH=engine runs one, BENCH_ARGS=--smoke a short run
 #   make evaluate       policies on unseen scenarios     EVALUATE_ARGS="--mus 8 --policy PATH/policy.safetensors"
+#   make cards          measures the shipped models anew and writes their cards, after a change of physics or control
 #   make lock           pins all packages anew, after a change in requirements/
 #   make clean          removes the environment and all that was built
 
@@ -20,7 +21,7 @@ TEST_WITH ?= test
 
 SETUP = $(PYTHON) -m bootstrap
 
-.PHONY: setup test test-all lint format bench evaluate lock clean
+.PHONY: setup test test-all lint format bench evaluate cards lock clean
 
 setup:
 	$(SETUP) mission
@@ -44,6 +45,9 @@ bench:
 
 evaluate:
 	$(SETUP) mission -- -m tethernet_planner.learning.evaluate_policies $(EVALUATE_ARGS)
+
+cards:
+	$(SETUP) mission -- -m tethernet_planner.learning.renew_cards
 
 lock:
 	$(PYTHON) -m bootstrap.pins

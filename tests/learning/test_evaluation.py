@@ -1,5 +1,6 @@
 """The evaluation of policies, with missions that are over within a second of flight; shipping; model cards."""
 
+import dataclasses
 import json
 import math
 import statistics
@@ -8,9 +9,18 @@ import pytest
 
 from tests import tiny_models
 from tethernet_planner import policies, shipped_models
+from tethernet_planner.campaign.cases import Case
 from tethernet_planner.campaign.flight import failed
 from tethernet_planner.campaign.report import read, table
-from tethernet_planner.learning import evaluate_policies, evaluation, measure_widths, seeds, ship, task
+from tethernet_planner.learning import (
+    evaluate_policies,
+    evaluation,
+    evaluation_report,
+    measure_widths,
+    seeds,
+    ship,
+    task,
+)
 from tethernet_planner.learning.comparison import compare
 from tethernet_planner.learning.model_file import file_fingerprint
 from tethernet_sim.fly import Settings
@@ -89,6 +99,33 @@ def test_one_command_compares_both_designs_and_writes_everything(tmp_path, short
     rows = read([tmp_path / "out" / "outcomes.csv"])
     assert len(rows) == 8
     assert len(table(rows)) == 5
+
+
+def test_parameters_are_replaced_for_the_nominal_points_and_the_policy_alike(tmp_path, capsys):
+    file = tiny_models.policy(tmp_path / "p8.safetensors", 8)
+    words = ["--mus", "8", "--scenarios", "1", "--policy", str(file), "--output"]
+    short = ["mission.trigger_distance_m=50", "mission.capture_duration_s=1"]
+    found = {}
+    for ratio in (0.05, 0.2):
+        chosen = ["--set", *short, f"physics.thread_damping_ratio={ratio}"]
+        assert evaluate_policies.main([*words, str(tmp_path / str(ratio)), *chosen]) == 0
+        result = json.loads((tmp_path / str(ratio) / "evaluation.json").read_text())
+        assert result["set"] == chosen[1:]
+        flown = result["designs"]["8"]["policies"]
+        found[ratio] = [flown[name]["scenarios"][0]["outcome"]["cqi"] for name in ("nominal", str(file))]
+    assert all(a != b for a, b in zip(*found.values(), strict=True))
+    capsys.readouterr()
+    assert evaluate_policies.main([*words, str(tmp_path / "no"), "--set", "physics.damping=1"]) == 2
+    assert "has no parameter 'damping'" in capsys.readouterr().err
+    assert not (tmp_path / "no").exists()
+
+
+def test_both_indices_stand_in_the_table_with_how_many_are_below_the_threshold(short):
+    cases = [Case(Scenario(mus=8, seed=seed), "") for seed in range(3)]
+    flown = [dataclasses.replace(outcome(1.0, seed=s), cqi=1.0, cqi_all=a) for s, a in enumerate((2.4, 2.5, 2.9))]
+    told = evaluation_report.table([evaluation.Evaluated(8, {"nominal": cases}, {"nominal": flown}, short.quality)])
+    assert "| CQI, mean; below the threshold | 1.00; 3 of 3 |" in told
+    assert "| CQI with the MUs counted, mean; below the threshold | 2.60; 1 of 3 |" in told
 
 
 @pytest.mark.parametrize(

@@ -150,7 +150,9 @@ def test_flying_a_trained_policy_needs_no_torch(tmp_path):
 
 def test_every_shipped_model_can_be_loaded_and_has_a_card():
     folder = Path(shipped_models.__file__).parent / "models"
-    for file in folder.glob("*.safetensors"):
+    files = sorted(folder.glob("*.safetensors"))
+    assert [file.stem for file in files] == ["policy_4mus", "policy_8mus", "surrogate_4mus", "surrogate_8mus"]
+    for file in files:
         kind, design = file.stem.split("_")
         assert shipped_models.place(kind, int(design[0])).name == file.name
         make = policies.check if kind == "policy" else prediction.make

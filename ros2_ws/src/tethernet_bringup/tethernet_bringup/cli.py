@@ -107,7 +107,7 @@ def _fly(
     setup = setup.recorded_in(folder.bag, folder.run_info)
     folder.parameters.write_text(setup.yaml(), encoding="utf-8")
     folder.run_info.write_text(json.dumps(_facts(setup, record.commit), indent=2) + "\n", encoding="utf-8")
-    for notice in (*options.notices, folder.shortage()):
+    for notice in (*options.notices, folder.shortage(), *_stale_cards(setup)):
         if notice:
             display.note(f"note: {notice}")
     display.note(_banner(setup, options, folder))
@@ -133,6 +133,17 @@ def _fly(
         flight = Flight(plan, supervisor, interrupts, record, display, began)
         flight.fly()
     return flight
+
+
+def _stale_cards(setup: MissionSetup) -> list[str]:
+    """Why the figures that are given of the shipped models do not hold for what flies here."""
+    from tethernet_planner import measured, policies, prediction, shipped_models
+
+    flies = {
+        shipped_models.POLICY: setup.policy == policies.RL,
+        shipped_models.SURROGATE: setup.nodes["assessor"].get("predictor") == prediction.SURROGATE,
+    }
+    return [measured.stale(kind, setup.mu_count) for kind, chosen in flies.items() if chosen]
 
 
 def _report(record: FlightRecord, folder: RunFolder, display: Display) -> ExitStatus:

@@ -10,7 +10,7 @@ from pathlib import Path
 from tethernet_sim.fly import CHUNK
 from tethernet_sim.scenario import FAILURES
 
-from .. import policies, workers
+from .. import flight_settings, policies, workers
 
 PROGRAM = "python -m tethernet_planner.campaign"
 DESCRIPTION = """\
@@ -119,8 +119,8 @@ def _add_flight_options(command: argparse.ArgumentParser) -> None:
     add("--policy", default=policies.default(), metavar="POLICY", help=f"who aims: {policies.HELP}")
     add("--control", choices=("default", "paper"), default="default", help="paper: its law as printed")
     add(
-        "--set", nargs="+", action="extend", default=[], metavar="PART.NAME=VALUE",
-        help="parameters to replace, PART is physics, control, mission or quality: control.kp=12",
+        "--set", nargs="+", action="extend", default=[], metavar=flight_settings.METAVAR,
+        help=flight_settings.HELP,
     )  # fmt: skip
     add("--cluster", metavar="ADDRESS", help=workers.HELP)
     add("--chunk", type=_positive, default=CHUNK, metavar="N", help=f"missions flown together; default {CHUNK}")

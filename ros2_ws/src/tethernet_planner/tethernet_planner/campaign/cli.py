@@ -12,6 +12,7 @@ from tethernet_control.parameters import ParameterError
 from tethernet_sim.fly import Settings
 
 from .. import policies
+from ..flight_settings import settings_of
 from ..workers import ClusterError
 from . import attitude_map, pictures, provenance, report, scenario_file, sources, tumble_map
 from .arguments import parse
@@ -47,7 +48,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 def _fly(options: argparse.Namespace) -> int:
     _check_folder(options.output)
-    settings = _settings(options)
+    settings = settings_of(options.set, options.control == "paper")
     cases, source = _cases(options, settings)
     cases = aim(cases, options.policy)
     models = {str(mus): policies.fingerprint(options.policy, mus) for mus in {case.scenario.mus for case in cases}}
@@ -59,20 +60,6 @@ def _fly(options: argparse.Namespace) -> int:
         print(f"{options.output}: {len(cases)} missions")
         print("\n".join(report.table(results.rows)))
     return 0
-
-
-def _settings(options: argparse.Namespace) -> Settings:
-    import yaml
-
-    parts = list(Settings.__dataclass_fields__)
-    overrides: dict[str, dict[str, Any]] = {}
-    for word in options.set:
-        name, equals, value = word.partition("=")
-        part, dot, key = name.partition(".")
-        if not (equals and dot and part in parts):
-            raise CampaignError(f"--set {word}: allowed: PART.NAME=VALUE with PART one of {', '.join(parts)}")
-        overrides.setdefault(part, {})[key] = yaml.safe_load(value)
-    return Settings.paper(**overrides) if options.control == "paper" else Settings.load(**overrides)
 
 
 def _cases(options: argparse.Namespace, settings: Settings) -> tuple[list[Case], dict[str, Any]]:

@@ -152,6 +152,35 @@ class Captures:
         return Captures(self.mus, *chosen, self.scenarios, self.failures, self.about, self.quality)
 
 
+def captures(
+    outcomes: Sequence[Outcome], seen: Sequence[np.ndarray | None], about: dict, quality: QualityParameters
+) -> Captures:
+    """The same of flights that were not written down.
+
+    Args:
+        outcomes: of one design.
+        seen: what a surrogate sees of each; None where closing never began.
+        about: facts.
+        quality: by which the captures were judged.
+    """
+    kept = [
+        (outcome, row) for outcome, row in zip(outcomes, seen, strict=True) if row is not None and not outcome.error
+    ]
+    mus = outcomes[0].mus
+    return Captures(
+        mus,
+        np.array([row for _, row in kept], np.float32).reshape(-1, feature_count(mus)),
+        np.minimum([quality.deciding(o.cqi, o.cqi_all) for o, _ in kept], CQI_LIMIT),
+        np.array([o.locked_pairs for o, _ in kept], float),
+        np.array([sum(o.fuel_kg) - sum(o.fuel_at_trigger_kg) for o, _ in kept]),
+        np.array([o.captured for o, _ in kept], bool),
+        len(outcomes),
+        sum(not o.captured for o in outcomes),
+        about,
+        quality,
+    )
+
+
 def read(path: Path) -> Captures:
     """Read a data set.
 

@@ -8,17 +8,20 @@ import sys
 import time
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 from tethernet_control import atomic_file
+from tethernet_control.parameters import ParameterError
 from tethernet_sim import cores
 from tethernet_sim.fly import CHUNK, Settings
 from tethernet_sim.scenario import Outcome
 
-from .. import policies, workers
+from .. import flight_settings, measured, policies, shipped_models, workers
 from ..campaign import pictures, tables
 from ..campaign.cases import outcome_columns, row
 from ..campaign.progress import Progress
 from ..evaluate import plain
+from ..flight_digest import flight_digest
 from . import evaluation_report, model_file
 from .evaluation import Evaluated, as_json, contenders, evaluate
 from .model_file import ModelFileError
@@ -42,6 +45,10 @@ def _arguments(argv: Sequence[str] | None) -> argparse.Namespace:
         help="rl (the shipped models; default) or paths of policy.safetensors, each for the design that it was made "
         "for; the nominal points fly in any case, and alone with --policy nominal",
     )  # fmt: skip
+    add(
+        "--set", nargs="+", action="extend", default=[], metavar=flight_settings.METAVAR,
+        help=f"{flight_settings.HELP}; for the nominal points and every policy alike",
+    )  # fmt: skip
     add("--scenarios", type=int, default=100, metavar="N", help="for each design and policy, default 100")
     add("--seed", type=int, default=0, help="of the scenarios, from a stream that no training uses; default 0")
     add("--output", type=Path, default=Path("runs/evaluation"), metavar="FOLDER", help="default runs/evaluation")
@@ -58,20 +65,23 @@ def main(argv: Sequence[str] | None = None) -> int:
     """Fly, print the table, write the files. Returns 0; 1 for a folder or cluster that fails, 2 for bad usage."""
     options = _arguments(argv)
     try:
+        settings = flight_settings.settings_of(options.set)
         chosen = contenders(options.policy, sorted(set(options.mus)))
-    except (policies.PolicyError, ModelFileError) as error:
+    except (ParameterError, policies.PolicyError, ModelFileError) as error:
         print(f"error: {error}", file=sys.stderr)
         return 2
     try:
         options.output.mkdir(parents=True, exist_ok=True)
-        return _run(options, chosen)
+        return _run(options, settings, chosen)
     except (OSError, workers.ClusterError) as error:
         print(f"error: {error}", file=sys.stderr)
         return 1
 
 
-def _run(options: argparse.Namespace, chosen: dict[int, list[str]]) -> int:
-    settings = Settings.load()
+def _run(options: argparse.Namespace, settings: Settings, chosen: dict[int, list[str]]) -> int:
+    for mus in chosen if policies.RL in options.policy else ():
+        if warning := measured.stale(shipped_models.POLICY, mus):
+            print(f"warning: {warning}", file=sys.stderr)
     began = time.monotonic()
     progress = Progress(options.scenarios * sum(map(len, chosen.values())))
 
@@ -83,20 +93,33 @@ def _run(options: argparse.Namespace, chosen: dict[int, list[str]]) -> int:
         "scenarios": options.scenarios,
         "stream": Purpose.POLICY_EVALUATION.name,
         "seed": options.seed,
+        "set": list(options.set),
+        "flight_digest": flight_digest(),
         "flight_parameters": model_file.settings_fingerprint(settings),
         "commit": model_file.commit(),
         "flown_on": f"the cluster at {options.cluster}" if options.cluster else cores.told(),
         "wall_time_s": round(time.monotonic() - began, 1),
     }
-    _write(options.output, facts, evaluated)
+    write(options.output, facts, evaluated)
     print(evaluation_report.table(evaluated))
     print(f"{facts['wall_time_s']:.0f} s on {facts['flown_on']}; {options.output}")
     return 0
 
 
-def _write(folder: Path, facts: dict, evaluated: Sequence[Evaluated]) -> None:
-    content = plain({**facts, "designs": as_json(evaluated)})
-    atomic_file.write_text(folder / RESULT, json.dumps(content, indent=2, allow_nan=False) + "\n")
+def as_text(content: dict[str, Any]) -> str:
+    """Content as JSON; null stands for what is not finite."""
+    return json.dumps(plain(content), indent=2, allow_nan=False) + "\n"
+
+
+def write(folder: Path, facts: dict[str, Any], evaluated: Sequence[Evaluated]) -> None:
+    """Write an evaluation: all of it, the table, the box plots, a row for each mission.
+
+    Args:
+        folder: takes the files.
+        facts: how it was flown.
+        evaluated: what came out.
+    """
+    atomic_file.write_text(folder / RESULT, as_text({**facts, "designs": as_json(evaluated)}))
     head = "\n".join(f"- {name}: {value}" for name, value in facts.items())
     text = f"# Policies on unseen scenarios\n\n{head}\n\n{evaluation_report.table(evaluated)}\n![Fuel]({PLOT})\n"
     atomic_file.write_text(folder / REPORT, text)

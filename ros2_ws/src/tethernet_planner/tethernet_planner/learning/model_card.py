@@ -30,15 +30,20 @@ def card(file: Path, kind: str, about: dict[str, Any], evaluation: dict | None =
         file: of the model.
         kind: one of :data:`tethernet_planner.shipped_models.KINDS`.
         about: what stands in its head.
-        evaluation: content of the evaluation's JSON file, where this policy was flown.
+        evaluation: where a policy was flown, the content of the evaluation's JSON file; of a surrogate, how it was
+            tested, and its scores.
         history: name of a picture of the training, if there is one.
     """
     what, limits = _WHAT[kind]
     lines = [f"# {file.stem}", "", f"A trained {kind}: {what}.", "", f"Limits: {limits}", ""]
     lines += ["| fact | value |", "|---|---|", f"| file's hash | {file_fingerprint(file)} |"]
-    lines += [f"| {name} | {_text(value)} |" for name, value in _leaves(about)]
-    if evaluation is not None:
+    anew = ("scores",) if evaluation is not None else ()  # those of the training are of its day's flights
+    lines += [f"| {name} | {_text(value)} |" for name, value in _leaves(about, anew)]
+    if evaluation is not None and kind == shipped_models.POLICY:
         lines += _scores(file, about["mus"], evaluation)
+    elif evaluation is not None:
+        lines += ["", "## Test", "", "| fact | value |", "|---|---|"]
+        lines += [f"| {name} | {_text(value)} |" for name, value in _leaves(evaluation)]
     if history:
         lines += ["", f"![Training]({history})"]
     return "\n".join(lines) + "\n"

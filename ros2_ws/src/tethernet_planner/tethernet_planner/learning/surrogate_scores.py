@@ -48,19 +48,25 @@ def scores(surrogate: Surrogate, test: Captures) -> dict:
         failed ones; the same by the probability; ``all``: the same of all unseen scenarios, where those in which
         closing never began count as told "not captured" without asking the surrogate, as learning and the assessor do;
         ``brier`` and ``calibration_error`` of the probability; ``calibration``: its bins (predicted,
-        observed, count); errors of CQI (below 20), locked pairs and fuel; ``always_captured``: the share that who
-        always says "captured" would tell rightly.
+        observed, count); errors of CQI (below 20), locked pairs and fuel; ``always_captured``: the share that a model
+        which always says "captured" tells rightly, of the same scenarios; in ``all`` too, where it is asked as seldom
+        as the surrogate.
     """
     predicted = surrogate.predict_many(test.features)
     probability, true = predicted.capture_probability, test.captured
     said, likely = predicted.captured(test.mus, test.quality), probability > 0.5
     right = said == true
+    always = _with_those_never_closed(np.ones_like(true), test)
     bins = _calibration(probability, true)
     inside = test.cqi < CQI_LIMIT
     every = _errors(predicted, test, inside)
     fuel_error = test.closing_fuel_kg - predicted.closing_fuel_kg
     return {
-        "all": _with_those_never_closed(said, test),
+        "all": {
+            **_with_those_never_closed(said, test),
+            "always_captured": always["right"],
+            "always_captured_balanced": always["balanced"],
+        },
         "scenarios": len(true),
         "failures": int((~true).sum()),
         "always_captured": float(true.mean()),

@@ -16,7 +16,7 @@ from pathlib import Path
 
 from tethernet_control import atomic_file
 
-from . import data_set, model_file, run_folder, train_networks, train_trees
+from . import data_set, model_file, run_folder, surrogate_report, train_networks, train_trees
 from .progress import Progress
 from .surrogate_file import Surrogate
 from .surrogate_scores import scores, with_errors
@@ -51,47 +51,6 @@ def train_one(name: str, materials: list[Material], seed: int, overrides: dict, 
         members.append(arrays)
     facts = {"name": name, "training": dataclasses.asdict(training), "seconds": time.monotonic() - began}
     return finish(model, members, chosen, {**about, **facts})
-
-
-def table(results: dict[str, dict], best: str, about: dict) -> str:
-    """The comparison as Markdown."""
-    first = next(iter(results.values()))
-    every = first["all"]
-    lines = [
-        f"# Surrogates, {about['mus']} MUs",
-        "",
-        f"{about['train_scenarios']} training scenarios, {100 * about['train_failure_share']:.1f} % not captured; "
-        f"tested on {every['scenarios']} unseen ones, {every['failures']} of them "
-        f"({100 * every['failures'] / every['scenarios']:.1f} %) not captured. In {first['scenarios']} of these "
-        f'closing began, {first["failures"]} of them were not captured (who always says "captured" is right in '
-        f"{100 * first['always_captured']:.1f} %); where it never begins nobody asks the surrogate.",
-        "",
-        "| model | all: right (95 %) | balanced | closing began: right, by CQI and pairs (95 %) | balanced | right, by "
-        "probability | balanced | Brier | calibration error | CQI below 20: error, mean ± std | pairs: error, mean ± "
-        "std | pairs exactly right | one prediction | members | Brier on what they have not seen | trained in |",
-        "|---" * 16 + "|",
-    ]
-    for name, r in results.items():
-        lines.append(
-            f"| {name}{' (default)' if name == best else ''} | {_share(r['all'])} | {_share(r)} | "
-            f"{100 * r['right_by_probability']:.1f} % | {100 * r['balanced_by_probability']:.1f} % | {r['brier']:.3f} "
-            f"| {r['calibration_error']:.3f} | {r['cqi_error_mean']:.2f} ± {r['cqi_error_std']:.2f} | "
-            f"{r['pairs_error_mean']:.2f} ± {r['pairs_error_std']:.2f} | {100 * r['pairs_right']:.1f} % | "
-            f"{r['inference_ms']:.2f} ms | {r['members']} | {r['validation_brier']:.4f} | {r['seconds']:.0f} s |"
-        )
-    return "\n".join(
-        [
-            *lines,
-            "",
-            f"The default is the best by Brier score on the parts of the data that members have not seen: {best}.",
-            "",
-        ]
-    )
-
-
-def _share(facts: dict) -> str:
-    low, high = (100 * bound for bound in facts["right_95"])
-    return f"{100 * facts['right']:.1f} % ({low:.1f} to {high:.1f}) | {100 * facts['balanced']:.1f} %"
 
 
 def plot(path: Path, results: dict[str, dict]) -> None:
@@ -165,7 +124,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     # The test decides nothing.
     best = min(results, key=lambda name: results[name]["validation_brier"])
     shutil.copyfile(options.output / f"{best}.safetensors", options.output / BEST)
-    text = table(results, best, about)
+    text = surrogate_report.table(results, best, about)
     atomic_file.write_text(
         options.output / "report.json", json.dumps({**about, "best": best, "models": results}, indent=2)
     )

@@ -1,0 +1,53 @@
+"""The models that come with the package do what their cards say; the cards are of today's physics and control."""
+
+import numpy as np
+import pytest
+
+from tethernet_planner import measured, policies, shipped_models
+from tethernet_planner.learning import evaluation
+from tethernet_planner.learning.comparison import compare
+from tethernet_planner.learning.paper_figures import PAPER
+from tethernet_sim.fly import Settings
+
+FLOWN_AGAIN = 8
+"""Of the 100 unseen scenarios of the cards, for each design."""
+
+FUEL = 0.01
+"""How far the mean fuel of these may be from the card's of the same ones: other processors round otherwise."""
+
+
+@pytest.mark.parametrize("mus", [4, 8])
+@pytest.mark.parametrize("kind", shipped_models.KINDS)
+def test_every_card_was_measured_on_the_flights_of_today(kind, mus):
+    assert measured.stale(kind, mus) == ""
+    card = shipped_models.place(kind, mus).with_suffix(".md").read_text(encoding="utf-8")
+    assert f"| flight_digest | {measured.read(kind, mus)['flight_digest']} |" in card
+    assert f"| file's hash | {measured.read(kind, mus)['model']} |" in card
+
+
+@pytest.mark.parametrize("mus", [4, 8])
+def test_the_shipped_policy_flies_as_its_card_says(mus):
+    card = measured.read(shipped_models.POLICY, mus)
+    assert card["scenarios"] == len(card["flown"]) == 100
+    chosen = evaluation.contenders([policies.RL], [mus])
+    [flown] = evaluation.evaluate(chosen, FLOWN_AGAIN, card["seed"], Settings.load())
+    for name in (policies.NOMINAL, policies.RL):
+        told = [scenario[name] for scenario in card["flown"][:FLOWN_AGAIN]]
+        outcomes = flown.outcomes[name]
+        assert [outcome.captured for outcome in outcomes] == [scenario["captured"] for scenario in told]
+        fuel = np.mean([sum(outcome.fuel_kg) for outcome in outcomes])
+        assert fuel == pytest.approx(np.mean([scenario["fuel_kg"] for scenario in told]), rel=FUEL)
+    saved = compare(flown.outcomes[policies.NOMINAL], flown.outcomes[policies.RL])
+    told = [1.0 - s[policies.RL]["fuel_kg"] / s[policies.NOMINAL]["fuel_kg"] for s in card["flown"][:FLOWN_AGAIN]]
+    assert saved.reduction.value == pytest.approx(np.mean(told), abs=FUEL)
+
+
+@pytest.mark.parametrize("mus", [4, 8])
+def test_the_headline_is_what_the_cards_hold(mus):
+    """Captures and savings at the paper's level."""
+    card = measured.read(shipped_models.POLICY, mus)["policies"]
+    assert card[policies.RL]["errors"] == card[policies.NOMINAL]["errors"] == 0
+    assert card[policies.RL]["success_rate"] == PAPER[mus].success
+    assert card[policies.RL]["against_nominal"]["reduction"]["low_95"] > PAPER[mus].reduction
+    surrogate = measured.read(shipped_models.SURROGATE, mus)["scores"]
+    assert surrogate["all"]["right"] >= surrogate["all"]["always_captured"] - 0.01, "no worse than no model at all"
