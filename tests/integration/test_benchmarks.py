@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import os
 import subprocess
 import sys
 import time
@@ -11,8 +12,10 @@ from pathlib import Path
 
 import pytest
 
-from benchmarks import figures
+from benchmarks import figures, mission
 from benchmarks.processes import CpuSampler
+from tethernet_sim.fly import Settings
+from tethernet_sim.scenario import Scenario
 
 ROOT = Path(__file__).resolve().parents[2]
 MISSION_COMMAND = f"{sys.executable} -m tethernet_bringup.cli"
@@ -36,25 +39,40 @@ def last_line(done: subprocess.CompletedProcess[str], name: str) -> dict:
 def test_engine():
     pytest.importorskip("mujoco", reason="MuJoCo is the peer; requirements/bench.txt has it")
     result = last_line(run("engine", "--smoke"), "engine")
-    assert result["cpu_ratio_mujoco"] > 0.0
+    assert result["simulated_s"] == 1.0
+    ratio = result["mujoco_cpu_s_per_sim_s"] / result["cpu_s_per_sim_s"]
+    assert result["cpu_ratio_mujoco"] == pytest.approx(ratio, rel=2e-3), "of the one turn"
     assert 0.0 < result["mu_max_error_mm"] < 5.0
     assert 0.0 < result["com_max_error_m"] < 0.3
 
 
 def test_mission():
     result = last_line(run("mission", "--smoke"), "mission")
-    assert result["cpu_s"] > 0.0
     assert result["cpu_s"] == pytest.approx(result["deployment_cpu_s"] + result["capture_cpu_s"], rel=1e-3)
-    assert result["batch_scenarios_per_s"] > 0.0
+    assert min(result["deployment_cpu_s"], result["capture_cpu_s"]) > 0.0
+    speed_up = result["batch_scenarios_per_s"] / result["batch_scenarios_per_s_one_core"]
+    assert speed_up == pytest.approx(result["batch_efficiency"] * result["batch_cores"], rel=2e-3)
+
+
+def test_the_mission_benchmark_counts_what_is_flown():
+    """A capture ten times as long costs more after the trigger, and it costs CPU time, not waiting."""
+    scenario = Scenario(mus=4)
+    short, long = (
+        Settings.load(mission={**mission.CAPTURE_AT_ONCE, "capture_duration_s": seconds}) for seconds in (1.0, 10.0)
+    )
+    mission.fly_once(scenario, short)  # compiles or loads
+    assert mission.fly_once(scenario, long).capture > 3.0 * mission.fly_once(scenario, short).capture
 
 
 @pytest.mark.ros
 def test_graph(domain_id):
     result = last_line(run("graph", "--smoke", "--domain-id", str(domain_id), "--command", MISSION_COMMAND), "graph")
-    assert result["real_time_factor"] > 0.0
-    assert result["latency_p99_ms"] > 0.0
-    assert result["deadline_misses"] >= 0
-    assert result["start_s"] > 0.0
+    assert None not in result.values(), "everything was measured"
+    assert 0.0 < result["latency_p50_ms"] <= result["latency_p99_ms"] <= result["latency_max_ms"]
+    assert 0.0 < result["realtime_cpu_share"] <= 1.0
+    flown_s = 4.0  # the smoke run's missions end then
+    wall_s = flown_s / result["real_time_factor"]
+    assert result["lockstep_cpu_s"] < 1.2 * wall_s * os.cpu_count(), "no process works before it is there"
     assert 100.0 < result["memory_mb"] < 1500.0
     assert result["lockstep_deadline_misses"] == 0
 
