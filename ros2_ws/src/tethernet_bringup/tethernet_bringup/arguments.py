@@ -10,6 +10,7 @@ import argparse
 import math
 import os
 from collections.abc import Sequence
+from typing import NoReturn
 
 PROGRAM = "run_mission.py"
 MU_COUNTS = (4, 8)
@@ -19,6 +20,8 @@ LARGEST_SEED = 2**63 - 1
 LARGEST_DOMAIN_ID = 232
 UNIT_TOLERANCE = 1e-6
 SMALLEST_NORM = 1e-6
+LONGEST_WORD = 80
+"""[characters] shown of what was given."""
 
 EXIT_STATUS = """\
 exit status: 0 captured, 3 flown but not captured, 2 bad usage, 1 a fault (the reason is printed),
@@ -52,8 +55,19 @@ def parse(argv: Sequence[str]) -> argparse.Namespace:
     return options
 
 
+class _Parser(argparse.ArgumentParser):
+    """Shows what was given escaped and cut, where the project is installed already."""
+
+    def error(self, message: str) -> NoReturn:
+        try:
+            from tethernet_control.shown import shown
+        except ImportError:
+            super().error(message)
+        super().error(shown(message))
+
+
 def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(
+    parser = _Parser(
         prog=PROGRAM,
         description="Fly a tether-net capture mission over ROS 2, record it and print the verdict.",
         epilog=EXIT_STATUS,
@@ -121,7 +135,7 @@ def _check(options: argparse.Namespace) -> None:
     for name, allowed in (("pace", PACES), ("discovery", DISCOVERY_RANGES)):
         given = getattr(options, name)
         if given is not None and given not in allowed:
-            raise UsageError(f"--{name} {given}: unknown; allowed: {' or '.join(allowed)}")
+            raise UsageError(f"--{name} {_cut(given)}: unknown; allowed: {' or '.join(allowed)}")
     for name in ("output", "policy", "params"):
         if getattr(options, name) is not None and not getattr(options, name).strip():
             raise UsageError(f"--{name}: nothing given; allowed: a name")
@@ -177,6 +191,12 @@ def _domain_id(word: str | None) -> int:
         raise UsageError(f"environment variable {error}; or give --domain-id") from error
 
 
+def _cut(word: str) -> str:
+    """A word of the user, short enough for what is allowed to be read behind it."""
+    word = word.strip()
+    return word if len(word) <= LONGEST_WORD else word[: LONGEST_WORD - 1] + "…"
+
+
 def _numbers(name: str, words: list[str] | None) -> tuple[float, ...] | None:
     return None if words is None else tuple(_number(name, word) for word in words)
 
@@ -185,7 +205,7 @@ def _number(name: str, word: str) -> float:
     try:
         value = float(word)
     except ValueError:
-        raise UsageError(f"{name}: {word.strip()!r} is not a number") from None
+        raise UsageError(f"{name}: {_cut(word)!r} is not a number") from None
     if not math.isfinite(value):
         raise UsageError(f"{name}: {word.strip()} is not finite; allowed: finite numbers")
     return value
@@ -196,9 +216,9 @@ def _whole(name: str, word: str, low: int | None = None, high: int | None = None
     try:
         value = int(word)
     except ValueError:
-        raise UsageError(f"{name} {word.strip()}: not a whole number{allowed}") from None
+        raise UsageError(f"{name} {_cut(word)}: not a whole number{allowed}") from None
     if low is not None and not low <= value <= high:
-        raise UsageError(f"{name} {value}: out of range{allowed}")
+        raise UsageError(f"{name} {_cut(word)}: out of range{allowed}")
     return value
 
 

@@ -19,6 +19,7 @@ from tethernet_control.layout import DESIGNS
 from tethernet_control.mission import check_debris_position
 from tethernet_control.parameters import ParameterError, build, defaults, field_types, read_yaml
 from tethernet_control.settings import ControlParameters, MissionParameters
+from tethernet_control.shown import SHORT, shown
 from tethernet_sim.settings import ScenarioParameters
 
 from .nodes import ASSESSOR, MONITOR, PLANNER, RECORDER, SIM, controller, mu_of
@@ -117,6 +118,7 @@ def resolve(options: argparse.Namespace) -> MissionSetup:
     _apply_flags(values, options, mu_count, sources)
     built = {node: _build(node, kinds, values[node], sources) for node, kinds in classes.items()}
     _check_shared(values)
+    _check_recording(values[RECORDER]["extra_topics"], mu_count, sources)
     models = _check_models(values, mu_count, sources)
     scenario = next(instance for instance in built[SIM] if isinstance(instance, ScenarioParameters))
     rules = next(instance for instance in built[PLANNER] if isinstance(instance, MissionParameters))
@@ -177,7 +179,8 @@ def _mu_count(options: argparse.Namespace, given: Values) -> int:
     )
     if isinstance(mu_count, bool) or not isinstance(mu_count, int) or mu_count not in DESIGNS:
         raise MissionParametersError(
-            f"--params {options.params}: mu_count = {mu_count!r}: no such design; allowed: 4 or 8"
+            f"--params {shown(options.params)}: mu_count = {shown(repr(mu_count), SHORT)}: no such design; "
+            "allowed: 4 or 8"
         )
     return mu_count
 
@@ -187,7 +190,7 @@ def _apply_file(
 ) -> dict[tuple[str, str], str]:
     """Put the file's values in; return where each came from."""
     sources: dict[tuple[str, str], str] = {}
-    file = f"--params {options.params}"
+    file = f"--params {shown(options.params)}"
     for node in sorted(given, key=lambda name: name != ALL_NODES):
         if node != ALL_NODES and node not in values:
             hint = f" (--mus {mu_count})" if mu_of(node) else ""
@@ -249,7 +252,7 @@ def _apply_flags(
         shared["debris_position"] = scenario["debris_position"]
     if options.policy is not None:
         shared["policy"] = options.policy
-        sources[PLANNER, "policy"] = f"--policy {options.policy}: "
+        sources[PLANNER, "policy"] = f"--policy {shown(options.policy, SHORT)}: "
     for node_values in values.values():
         node_values.update((key, value) for key, value in shared.items() if key in node_values)
 
@@ -267,6 +270,15 @@ def _build(
             )
             raise MissionParametersError(f"{named or node + ': '}{error}") from error
     return built
+
+
+def _check_recording(extra_topics: str, mu_count: int, sources: Mapping[tuple[str, str], str]) -> None:
+    from .recorded_topics import wanted_topics
+
+    try:
+        wanted_topics(mu_count, extra_topics)
+    except ParameterError as error:
+        raise MissionParametersError(f"{sources.get((RECORDER, 'extra_topics'), RECORDER + ': ')}{error}") from error
 
 
 def _check_models(values: Values, mu_count: int, sources: Mapping[tuple[str, str], str]) -> dict[str, str]:

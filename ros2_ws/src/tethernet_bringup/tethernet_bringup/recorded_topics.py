@@ -2,14 +2,21 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass
 
 from tethernet_control.layout import design
 from tethernet_control.parameters import ParameterError
 from tethernet_control.ros import topics
+from tethernet_control.shown import SHORT, shown
+
+from .bag_errors import BagError
+from .message_definitions import installed_type
 
 _EVERY_TICK_DEPTH = 100
 _STATE_DEPTH = 10
+_LONGEST_NAME = 200
+"""[characters]; the middleware takes a few more."""
 
 
 @dataclass(frozen=True)
@@ -62,6 +69,32 @@ def mission_topics(mu_count: int) -> list[RecordedTopic]:
     return result
 
 
+def wanted_topics(mu_count: int, extra: str) -> list[RecordedTopic]:
+    """All topics to record; every type is installed.
+
+    Args:
+        mu_count: 4 or 8.
+        extra: see :func:`extra_topics`.
+
+    Raises:
+        ParameterError: naming the topic that cannot be recorded, and why.
+    """
+    try:
+        topics_ = mission_topics(mu_count) + extra_topics(extra)
+    except ValueError as error:
+        raise ParameterError(str(error)) from error
+    known: set[str] = set()
+    for topic in topics_:
+        if topic.name in known:
+            raise ParameterError(f"extra_topics: {topic.name} is recorded already")
+        known.add(topic.name)
+        try:
+            installed_type(topic.type_name)
+        except BagError as error:
+            raise ParameterError(f"cannot record {topic.name}: {error}") from error
+    return topics_
+
+
 def extra_topics(text: str) -> list[RecordedTopic]:
     """Topics that a user wants recorded as well.
 
@@ -74,10 +107,19 @@ def extra_topics(text: str) -> list[RecordedTopic]:
     result = []
     for entry in filter(None, (part.strip() for part in text.split(","))):
         words = entry.split()
-        if len(words) not in {2, 3} or not words[0].startswith("/") or words[2:] not in ([], ["latched"]):
+        if len(words) not in {2, 3} or not _is_topic(*words[:2]) or words[2:] not in ([], ["latched"]):
             raise ParameterError(
-                f"extra_topics: {entry!r} cannot be read; allowed: '/NAME PACKAGE/msg/TYPE' or "
+                f"extra_topics: {shown(repr(entry), SHORT)} cannot be read; allowed: '/NAME PACKAGE/msg/TYPE' or "
                 "'/NAME PACKAGE/msg/TYPE latched', several with commas between them"
             )
         result.append(RecordedTopic(words[0], words[1], latched=len(words) == 3, shared=True))
     return result
+
+
+def _is_topic(name: str, type_name: str) -> bool:
+    """Whether these can be a topic's name and type, to ROS 2."""
+    return (
+        len(name) <= _LONGEST_NAME
+        and re.fullmatch(r"(/[A-Za-z_][A-Za-z0-9_]*)+", name) is not None
+        and re.fullmatch(r"[a-z][a-z0-9_]*/msg/[A-Z][A-Za-z0-9]*", type_name) is not None
+    )

@@ -52,7 +52,7 @@ from .bag_writer import BagWriter
 from .message_definitions import installed_type
 from .nodes import RECORDER
 from .publication_count import PublicationCount
-from .recorded_topics import RecordedTopic, extra_topics, mission_topics
+from .recorded_topics import RecordedTopic, wanted_topics
 from .recorder_settings import RecorderParameters
 from .timeline import StampReader, Timeline
 
@@ -242,14 +242,8 @@ class Recorder(Node):
 
 
 def _sources(settings: RecorderParameters) -> list[_Source]:
-    try:
-        wanted = mission_topics(settings.mu_count) + extra_topics(settings.extra_topics)
-    except ValueError as error:
-        raise ParameterError(str(error)) from error
     sources: dict[str, _Source] = {}
-    for topic in wanted:
-        if topic.name in sources:
-            raise ParameterError(f"extra_topics: {topic.name} is recorded already")
+    for topic in wanted_topics(settings.mu_count, settings.extra_topics):
         try:
             kind = installed_type(topic.type_name)
             package, _, short = topic.type_name.split("/")

@@ -9,7 +9,7 @@ import traceback
 from dataclasses import dataclass
 from pathlib import Path
 
-from tethernet_control.command import shortened
+from tethernet_control.shown import shown
 
 ROOMY_BYTES = 200_000_000
 """Less free space than this is worth a warning: a recording takes some tens of megabytes."""
@@ -81,12 +81,12 @@ def make_run_folder(output: str, mu_count: int, seed: int) -> RunFolder:
             return folder
     except OSError as error:
         refusal = RunFolderError(
-            f"--output {shortened(output)}: cannot make a run's folder there: {error.strerror or error}; "
+            f"--output {shown(output)}: cannot make a run's folder there: {error.strerror or error}; "
             "allowed: a folder that you may write to"
         )
         refusal.usage = error.errno in _BAD_NAMES
         raise refusal from error
-    raise RunFolderError(f"--output {shortened(output)}: a thousand runs named {stem} are there already")
+    raise RunFolderError(f"--output {shown(output)}: a thousand runs named {stem} are there already")
 
 
 def keep_traceback(error: Exception, logs: Path) -> str:
@@ -99,7 +99,7 @@ def keep_traceback(error: Exception, logs: Path) -> str:
     Returns:
         The error in one line for the user, with the place of the traceback.
     """
-    told = f"{type(error).__name__}: {shortened(str(error), 500)}"
+    told = f"{type(error).__name__}: {shown(error)}"
     log = logs / "run_mission.log"
     try:
         with log.open("a", encoding="utf-8", errors="backslashreplace") as file:

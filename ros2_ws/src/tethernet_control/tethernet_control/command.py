@@ -19,11 +19,14 @@ from pathlib import Path
 from typing import ParamSpec
 
 from .quiet_start import end_quiet_start, open_standard_streams, quiet_start
+from .shown import shown
 
 FAULT, USAGE = 1, 2
 INTERRUPTED = 128 + signal.SIGINT
 TERMINATED = 128 + signal.SIGTERM
 READER_GONE = 128 + signal.SIGPIPE
+LONGEST_COMPLAINT = 2000
+"""[characters]."""
 _BLOCKED_BY_LAUNCHER = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 
 P = ParamSpec("P")
@@ -75,21 +78,19 @@ def explain(error: OSError) -> str:
     """What the operating system has refused, and of what."""
     if error.filename is None:
         return str(error)
-    return f"{shortened(str(error.filename))}: {error.strerror}"
-
-
-def shortened(text: str, longest: int = 200) -> str:
-    """A text for one sentence on a terminal: what was given may be anything."""
-    shown = text.encode("utf-8", "backslashreplace").decode("utf-8")
-    shown = "".join(character if character.isprintable() else repr(character)[1:-1] for character in shown)
-    return shown if len(shown) <= longest else f"{shown[: longest - 25]} ... ({len(text)} characters)"
+    return f"{shown(error.filename)}: {error.strerror}"
 
 
 def complain(sentence: str, program: str = "") -> None:
-    """Say on stderr what is wrong, under the command's name; no fault where nobody can hear it."""
+    """Say on stderr what is wrong, under the command's name; no fault where nobody can hear it.
+
+    Args:
+        sentence: may hold what users or files have given: it is escaped and cut.
+        program: the command's name; default: this process'.
+    """
     name = program or Path(sys.argv[0] if sys.argv else "").name
     try:
-        print(f"{name}: {sentence}", file=sys.stderr, flush=True)
+        print(f"{name}: {shown(sentence, LONGEST_COMPLAINT)}", file=sys.stderr, flush=True)
     except OSError:
         pass
 

@@ -17,6 +17,8 @@ from typing import Any, TypeVar
 
 import yaml
 
+from .shown import SHORT, shown
+
 T = TypeVar("T")
 
 
@@ -68,7 +70,9 @@ def allowed_text(field: dataclasses.Field) -> str:
 
 def _check(cls: type, field: dataclasses.Field, kind: type, value: Any) -> Any:
     def fail(why: str) -> ParameterError:
-        return ParameterError(f"{cls.__name__}.{field.name} = {value!r}: {why}; allowed: {allowed_text(field)}")
+        return ParameterError(
+            f"{cls.__name__}.{field.name} = {shown(repr(value), SHORT)}: {why}; allowed: {allowed_text(field)}"
+        )
 
     if kind is tuple:
         if not isinstance(value, list | tuple):
@@ -77,7 +81,10 @@ def _check(cls: type, field: dataclasses.Field, kind: type, value: Any) -> Any:
     if kind is float:
         if isinstance(value, bool) or not isinstance(value, int | float):
             raise fail("not a number")
-        value = float(value)
+        try:
+            value = float(value)
+        except OverflowError:  # a whole number with more digits than a float has
+            value = math.inf
         if not math.isfinite(value):
             raise fail("not finite")
     elif kind is int:
@@ -104,11 +111,50 @@ def build(cls: type[T], values: Mapping[str, Any]) -> T:
     fields = {f.name: f for f in dataclasses.fields(cls)}
     for key in values:
         if key not in kinds:
-            raise ParameterError(f"{cls.__name__} has no parameter {key!r}; it has: {', '.join(sorted(kinds))}")
+            raise ParameterError(
+                f"{cls.__name__} has no parameter {shown(repr(key), SHORT)}; it has: {', '.join(sorted(kinds))}"
+            )
     missing = [key for key in kinds if key not in values]
     if missing:
         raise ParameterError(f"{cls.__name__} lacks {', '.join(missing)}")
     return cls(**{key: _check(cls, fields[key], kind, values[key]) for key, kind in kinds.items()})
+
+
+LARGEST_FILE_BYTES = 256 * 1024
+"""All parameters of a mission take 8 KiB; a parser in Python takes seconds for this many."""
+
+_DEEPEST = 20
+"""Levels of nesting; a parameter file has three, and an array in it one more."""
+
+
+class _Loader(yaml.SafeLoader):
+    """YAML as ROS 2 reads it: without aliases, which can stand for more than any memory, and without keys twice."""
+
+    _depth = 0
+
+    def compose_node(self, parent: Any, index: Any) -> Any:
+        if self.check_event(yaml.AliasEvent):
+            raise yaml.composer.ComposerError(None, None, "aliases are not allowed", self.peek_event().start_mark)
+        self._depth += 1
+        if self._depth > _DEEPEST:
+            problem = f"nested in more than {_DEEPEST} levels"
+            raise yaml.composer.ComposerError(None, None, problem, self.peek_event().start_mark)
+        node = super().compose_node(parent, index)
+        self._depth -= 1
+        return node
+
+    def construct_mapping(self, node: Any, deep: bool = False) -> dict:
+        seen = set()
+        for key in (key for key, _ in node.value if isinstance(key, yaml.ScalarNode)):
+            if key.value in seen:
+                problem = f"{shown(key.value, SHORT)} is given twice"
+                raise yaml.constructor.ConstructorError(None, None, problem, key.start_mark)
+            seen.add(key.value)
+        return super().construct_mapping(node, deep)
+
+
+def _cause(error: Exception) -> str:
+    return (error.strerror if isinstance(error, OSError) else None) or str(error)
 
 
 def read_yaml(path: str | Path) -> dict[str, dict[str, Any]]:
@@ -118,14 +164,23 @@ def read_yaml(path: str | Path) -> dict[str, dict[str, Any]]:
         ParameterError: when the file cannot be read or has not the form of a ROS 2 parameter file.
     """
     try:
-        content = yaml.safe_load(Path(path).read_text(encoding="utf-8"))
+        with Path(path).open("rb") as file:
+            data = file.read(LARGEST_FILE_BYTES + 1)
+        if len(data) > LARGEST_FILE_BYTES:
+            raise ParameterError(
+                f"{shown(path)} is no parameter file: it holds more than {LARGEST_FILE_BYTES // 1024} KiB; "
+                "allowed: a ROS 2 parameter file"
+            )
+        content = yaml.load(data.decode("utf-8-sig"), _Loader)
     except (OSError, UnicodeDecodeError) as error:
-        raise ParameterError(f"cannot read parameter file {path}: {error}") from error
-    except yaml.YAMLError as error:
-        raise ParameterError(f"{path} is not YAML: {error}") from error
+        raise ParameterError(f"cannot read parameter file {shown(path)}: {_cause(error)}") from error
+    except (yaml.YAMLError, ValueError) as error:  # a date that is none, a number of five thousand digits
+        if isinstance(error, ParameterError):
+            raise
+        raise ParameterError(f"{shown(path)} is not YAML: {shown(' '.join(str(error).split()))}") from error
     form = "expected 'NODE: {ros__parameters: {NAME: VALUE}}'"
     if not isinstance(content, dict):
-        raise ParameterError(f"{path}: {form}, got {type(content).__name__}")
+        raise ParameterError(f"{shown(path)}: {form}, got {type(content).__name__}")
     result = {}
     for node, body in content.items():
         if (
@@ -133,7 +188,7 @@ def read_yaml(path: str | Path) -> dict[str, dict[str, Any]]:
             or set(body) != {"ros__parameters"}
             or not isinstance(body["ros__parameters"], dict)
         ):
-            raise ParameterError(f"{path}: {form} under {node!r}")
+            raise ParameterError(f"{shown(path)}: {form} under {shown(repr(node), SHORT)}")
         result[str(node)] = body["ros__parameters"]
     return result
 

@@ -10,6 +10,7 @@ from pathlib import Path
 
 from tethernet_control.layout import FALLBACK, design, nominal_aiming_points
 from tethernet_control.parameters import defaults
+from tethernet_control.shown import SHORT, shown
 
 from . import shipped_models
 from .learning.model_file import ModelFileError, file_fingerprint
@@ -89,7 +90,8 @@ def check(name: str, mu_count: int) -> None:
         _model(name, mu_count)
     elif name not in _FACTORIES:
         raise PolicyError(
-            f"no policy named {name!r}; allowed: {', '.join(names())}, or the path of a policy{shipped_models.SUFFIX}"
+            f"no policy named {shown(repr(name), SHORT)}; allowed: {', '.join(names())}, "
+            f"or the path of a policy{shipped_models.SUFFIX}"
         )
 
 
@@ -147,7 +149,7 @@ def _file(name: str, mu_count: int) -> Path:
     try:
         return shipped_models.find(shipped_models.POLICY, name, RL, mu_count)
     except FileNotFoundError as error:
-        raise PolicyError(f"policy {name}: {error}; {NOMINAL} needs none") from error
+        raise PolicyError(f"policy {shown(name, SHORT)}: {error}; {NOMINAL} needs none") from error
 
 
 @functools.cache
@@ -157,7 +159,7 @@ def _model(name: str, mu_count: int) -> AimingPolicy:
         policy = AimingPolicy.load(file)
         policy.check_design(mu_count)
     except ModelFileError as error:
-        raise PolicyError(f"policy {name}: {error}") from error
+        raise PolicyError(f"policy {shown(name, SHORT)}: {error}") from error
     return policy
 
 

@@ -7,6 +7,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Protocol
 
+from tethernet_control.shown import SHORT, shown
+
 from . import shipped_models
 from .net_sample import NetSample
 
@@ -72,7 +74,8 @@ def make(name: str, mu_count: int) -> Predictor | None:
         return _trained(name, mu_count)
     allowed = ", ".join([NONE, *sorted([*_FACTORIES, SURROGATE])])
     raise PredictorError(
-        f"no predictor named {name!r}; allowed: {allowed}, or the path of a surrogate{shipped_models.SUFFIX}"
+        f"no predictor named {shown(repr(name), SHORT)}; allowed: {allowed}, "
+        f"or the path of a surrogate{shipped_models.SUFFIX}"
     )
 
 
@@ -98,7 +101,7 @@ def _trained(name: str, mu_count: int) -> Predictor:
         surrogate = Surrogate.load(file)
         surrogate.check_design(mu_count)
     except ModelFileError as error:
-        raise PredictorError(f"predictor {name}: {error}") from error
+        raise PredictorError(f"predictor {shown(name, SHORT)}: {error}") from error
     return SurrogatePredictor(surrogate)
 
 
@@ -106,4 +109,4 @@ def _file(name: str, mu_count: int) -> Path:
     try:
         return shipped_models.find(shipped_models.SURROGATE, name, SURROGATE, mu_count)
     except FileNotFoundError as error:
-        raise PredictorError(f"predictor {name}: {error}; {NONE} needs none") from error
+        raise PredictorError(f"predictor {shown(name, SHORT)}: {error}; {NONE} needs none") from error

@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from tethernet_control.layout import design
+from tethernet_control.shown import SHORT, shown
 
 POLICY = "policy"
 SURROGATE = "surrogate"
@@ -48,10 +49,13 @@ def find(kind: str, word: str, shipped_word: str, mu_count: int) -> Path:
         FileNotFoundError: when no model is shipped for this design, or there is no such file; says what to do.
     """
     file = Path(word) if word != shipped_word else place(kind, mu_count)
-    if file.is_file():
-        return file
+    try:
+        if file.is_file():
+            return file
+    except OSError as error:  # such as a name that is too long
+        raise FileNotFoundError(f"there can be no file {shown(word, SHORT)}: {error.strerror}") from error
     if word != shipped_word:
-        raise FileNotFoundError(f"there is no file {word}")
+        raise FileNotFoundError(f"there is no file {shown(word, SHORT)}")
     raise FileNotFoundError(
         f"no {kind} for {mu_count} MUs is shipped with this version; give the path of one that "
         f"tethernet_planner.learning has trained (PATH/{kind}{SUFFIX}), or put it in its place with "
