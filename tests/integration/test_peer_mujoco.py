@@ -53,6 +53,7 @@ def test_a_deployment_agrees_to_rounding_at_first_and_then_within_millimetres(mu
 
 
 @pytest.mark.slow
+@pytest.mark.timeout(1200)
 @pytest.mark.parametrize("mu_count", [4, 8])
 def test_a_whole_deployment_agrees_within_ten_millimetres(mu_count):
     check(mu_count, DURATION_S)
