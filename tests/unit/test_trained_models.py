@@ -1,5 +1,6 @@
 """Trained policies and surrogates by name and by path, shipped or not."""
 
+import json
 import subprocess
 import sys
 from pathlib import Path
@@ -8,10 +9,12 @@ import numpy as np
 import pytest
 
 from tests import tiny_models
-from tethernet_bringup import arguments, mission_parameters
+from tethernet_bringup import arguments, cli, mission_parameters
 from tethernet_control.layout import KNOT_ROWS, nominal_aiming_points
-from tethernet_planner import policies, prediction, shipped_models
+from tethernet_planner import measured, policies, prediction, shipped_models
 from tethernet_planner.campaign.cases import Case, aim
+from tethernet_planner.flight_digest import flight_digest
+from tethernet_planner.learning.model_file import file_fingerprint
 from tethernet_planner.net_sample import NetSample
 from tethernet_sim.scenario import Scenario
 
@@ -126,6 +129,23 @@ def test_a_mission_carries_absolute_paths_and_hashes(tmp_path, monkeypatch):
     assert setup.nodes["planner"]["policy"] == setup.policy
     assert setup.nodes["assessor"]["predictor"] == str(tmp_path / "surrogate.safetensors")
     assert sorted(setup.models) == ["policy", "predictor"]
+
+
+def test_a_mission_says_whose_card_does_not_hold(shipped, tmp_path):
+    for kind, make in (("policy", tiny_models.policy), ("surrogate", tiny_models.surrogate)):
+        make(shipped_models.place(kind, 8), 8)
+        card = {"model": file_fingerprint(shipped_models.place(kind, 8)), "flight_digest": "of yesterday"}
+        measured.place(kind, 8).write_text(json.dumps(card))
+    both = cli.stale_cards(mission_parameters.resolve(arguments.parse(["--mus", "8"])))
+    assert [notice.partition(" is stale")[0] for notice in both if notice] == [
+        "the card of the policy for 8 MUs",
+        "the card of the surrogate for 8 MUs",
+    ]
+    [one] = cli.stale_cards(mission_parameters.resolve(arguments.parse(["--mus", "8", "--policy", "nominal"])))
+    assert one.startswith("the card of the surrogate for 8 MUs is stale")
+    card["flight_digest"] = flight_digest()
+    measured.place("surrogate", 8).write_text(json.dumps(card))
+    assert cli.stale_cards(mission_parameters.resolve(arguments.parse(["--mus", "8", "--policy", "nominal"]))) == [""]
 
 
 @pytest.mark.parametrize("mus", [4, 8])

@@ -107,7 +107,7 @@ def _fly(
     setup = setup.recorded_in(folder.bag, folder.run_info)
     folder.parameters.write_text(setup.yaml(), encoding="utf-8")
     folder.run_info.write_text(json.dumps(_facts(setup, record.commit), indent=2) + "\n", encoding="utf-8")
-    for notice in (*options.notices, folder.shortage(), *_stale_cards(setup)):
+    for notice in (*options.notices, folder.shortage(), *stale_cards(setup)):
         if notice:
             display.note(f"note: {notice}")
     display.note(_banner(setup, options, folder))
@@ -135,8 +135,8 @@ def _fly(
     return flight
 
 
-def _stale_cards(setup: MissionSetup) -> list[str]:
-    """Why the figures that are given of the shipped models do not hold for what flies here."""
+def stale_cards(setup: MissionSetup) -> list[str]:
+    """Why the figures given of the shipped models do not hold for what flies here; empty texts where they do."""
     from tethernet_planner import measured, policies, prediction, shipped_models
 
     flies = {
