@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 if __name__ == "__main__":
-    from tethernet_control.command import command_start
+    from tethernet_control.quiet_start import command_start
 
     command_start()
 
