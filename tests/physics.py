@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from tethernet_sim import audit
+from tethernet_sim import audit, stability
 from tethernet_sim.fly import Settings
 from tethernet_sim.world import World
 
@@ -24,6 +24,12 @@ def make_world(mus: int = 8, debris=(0.0, 0.0, -50.0), attitude=DIAGONAL, rate=(
         settings.mission,
         settings.control,
     )
+
+
+def diverging(monkeypatch) -> Settings:
+    """Settings with threads so stiff that the integration diverges, which is refused otherwise."""
+    monkeypatch.setattr(stability, "largest_step_of", lambda physics: np.inf)
+    return Settings.load(physics={"thread_modulus_pa": 1e12})
 
 
 def flying_net(mus: int, closing: bool, seed: int = 0, **physics) -> World:

@@ -4,6 +4,7 @@ import json
 
 import pytest
 
+from tests.physics import diverging
 from tethernet_control.parameters import load
 from tethernet_control.settings import MissionParameters
 from tethernet_planner import policies
@@ -42,9 +43,9 @@ def test_one_seed_gives_one_list_within_the_papers_bounds():
     assert len({case.scenario.seed for case in more}) == 50
 
 
-def test_a_mission_in_error_is_counted_not_dropped():
+def test_a_mission_in_error_is_counted_not_dropped(monkeypatch):
     cases = random_positions(4, 2, 1, RULES)
-    settings = Settings.load(physics={"thread_modulus_pa": 1e12})
+    settings = diverging(monkeypatch)
     result = records(cases, fly_cases(cases, settings), settings.quality)
     assert result["errors"] == 2
     assert result["success_rate"] == 0.0

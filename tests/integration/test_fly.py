@@ -7,6 +7,7 @@ import dataclasses
 import numpy as np
 import pytest
 
+from tests.physics import diverging
 from tethernet_control import closing
 from tethernet_control.closing import off_course, sight
 from tethernet_control.controller import MuController
@@ -167,8 +168,8 @@ def test_a_mission_that_never_triggers_is_missed():
     assert outcome.end_time_s == 5.0
 
 
-def test_a_diverging_simulation_says_so():
-    outcome = fly(Scenario(), Settings.load(physics={"thread_modulus_pa": 1e12}))
+def test_a_diverging_simulation_says_so(monkeypatch):
+    outcome = fly(Scenario(), diverging(monkeypatch))
     assert not outcome.captured
     assert "diverged" in outcome.error
     assert outcome.verdict.startswith("error")

@@ -5,6 +5,7 @@ import math
 import numpy as np
 import pytest
 
+from tests.physics import diverging
 from tethernet_control.parameters import load
 from tethernet_planner.learning.flown import Flown, from_outcomes
 from tethernet_planner.learning.reward import TERMS, VARIANTS, Reward
@@ -53,8 +54,8 @@ def test_an_unknown_variant_is_an_error():
         Reward(8, 0.4, 540.0, "other")
 
 
-def test_a_simulation_in_error_counts_as_missed_by_far():
-    outcome = fly(Scenario(mus=4), Settings.load(physics={"thread_modulus_pa": 1e12}))
+def test_a_simulation_in_error_counts_as_missed_by_far(monkeypatch):
+    outcome = fly(Scenario(mus=4), diverging(monkeypatch))
     assert outcome.error
     result = from_outcomes([outcome], QUALITY)
     assert result.cqi[0] == 20.0

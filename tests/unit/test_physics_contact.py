@@ -11,13 +11,16 @@ from tethernet_sim.kernels import contact
 from tethernet_sim.model import KNOTS
 
 N = make_world(8).model.numbers
+INTERIOR = 24
+"""A knot in the middle of the net."""
+DAMPING = make_world(4).model.arrays.contact_damping
 
 
 def push(position, velocity, bristle=(0.0, 0.0, 0.0), rate=(0.0, 0.0, 0.0)):
     """Force on one knot near a debris at the origin with identity attitude; None when it does not touch."""
     work = np.zeros((contact.ROWS, contact.ROOM))
     work[:9, 0] = *position, *velocity, *bristle
-    work[12:, 0] = N.knot_radius, N.knot_contact_damping
+    work[12:, 0] = N.knot_radius, DAMPING[INTERIOR]
     debris = np.zeros(13)
     debris[9] = 1.0
     touching = contact.contact_forces(
@@ -47,7 +50,7 @@ def test_normal_force_is_compliant_and_damped():
     resting, _ = push((at, 0.0, 1.0), (0.0, 0.0, 0.0))
     assert np.allclose(resting, (N.contact_stiffness * depth, 0.0, 0.0))
     coming, _ = push((at, 0.0, 1.0), (-0.5, 0.0, 0.0))
-    assert coming[0] == pytest.approx(N.contact_stiffness * depth + N.knot_contact_damping * 0.5)
+    assert coming[0] == pytest.approx(N.contact_stiffness * depth + DAMPING[INTERIOR] * 0.5)
     leaving, _ = push((at, 0.0, 1.0), (1000.0, 0.0, 0.0))
     assert leaving[0] == 0.0, "a contact never pulls"
     assert push((N.debris_radius + N.knot_radius + 1e-9, 0.0, 1.0), (0.0, 0.0, 0.0)) is None
@@ -113,6 +116,26 @@ def test_no_particle_gets_into_the_debris():
     assert deepest < 0.02
 
 
+@pytest.mark.parametrize("knot", [0, 11, INTERIOR])
+def test_a_knot_bounces_as_its_own_mass_does(knot):
+    """Corner, rim and middle: each is damped by the same share of its own critical damping."""
+    world = make_world(4, debris=(0.0, 0.0, -50.0), attitude=(0.0, 0.0, 0.0, 1.0), time_step_s=2e-6)
+    state, physics = world.state, world.physics
+    others = np.arange(KNOTS) != knot
+    state.knot_pos[0][:, others] = np.array([0.0, 0.3, -44.0])[:, None]  # slack threads, nobody else near
+    state.mu_pos[0] = (0.0, 0.3, -44.0)
+    state.knot_pos[0, :, knot] = 0.0, 0.0, -50.0 + N.debris_half_length + N.knot_radius + 1e-5
+    state.knot_vel[0, 2, knot] = -0.5
+    world.steps = 1
+    while state.knot_pos[0, 2, knot] < -50.0 + N.debris_half_length + N.knot_radius + 2e-5:
+        world.advance(np.zeros((1, 4, 3)))
+    zeta = physics.contact_damping_ratio
+    damped = np.sqrt(1.0 - zeta**2)
+    # A spring and damper that only push: the force ends where k x = c v, before the way does.
+    restitution = np.exp(-zeta / damped * np.arctan2(2.0 * zeta * damped, 2.0 * zeta**2 - 1.0))
+    assert state.knot_vel[0, 2, knot] == pytest.approx(0.5 * restitution, rel=0.01)
+
+
 def law_of_one(position, velocity, bristle, size, damping, debris, matrix, rate):
     """Contact law of one particle: force on it [N], new bristle [m], whether it touches."""
     offset = position - debris[:3]
@@ -163,14 +186,15 @@ def test_all_contacts_at_once_equal_the_law_of_each_particle():
         knot_pos, position[count:], debris, matrix, N, near, count, count + mus, held, np.zeros(room), touching
     )
     filled = contact.gather(
-        knot_pos, knot_vel, position[count:], velocity[count:], debris, N, near, held, touching, knots, found, work
-    )
+        knot_pos, knot_vel, position[count:], velocity[count:], debris, DAMPING, N, near, held, touching, knots, found,
+        work,
+    )  # fmt: skip
     force, torque, mu_force = np.zeros(3), np.zeros(3), np.zeros((mus, 3))
     touched = contact.contact_forces(work, filled, debris, matrix, rate, N, force, torque)
     contact.react(near, held, touching, knots, found, work, np.full(count, 0.1), knot_vel, mu_force)
 
     size = np.where(np.arange(count + mus) < count, N.knot_radius, N.mu_radius)
-    damping = np.where(np.arange(count + mus) < count, N.knot_contact_damping, N.mu_contact_damping)
+    damping = np.concatenate([DAMPING[:count], DAMPING[KNOTS:]])
     rows = zip(position, velocity, bristles, size, damping, strict=True)
     law = [law_of_one(*row, debris, matrix, rate) for row in rows]
     forces, kept, touches = (np.array(part) for part in zip(*law, strict=True))

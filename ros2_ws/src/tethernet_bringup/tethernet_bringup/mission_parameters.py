@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import argparse
 import dataclasses
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -119,10 +119,10 @@ def resolve(options: argparse.Namespace) -> MissionSetup:
     built = {node: _build(node, kinds, values[node], sources) for node, kinds in classes.items()}
     _check_shared(values)
     _check_recording(values[RECORDER]["extra_topics"], mu_count, sources)
-    _check_flight_time(built, sources)
     models = _check_models(values, mu_count, sources)
     scenario = next(instance for instance in built[SIM] if isinstance(instance, ScenarioParameters))
     rules = next(instance for instance in built[PLANNER] if isinstance(instance, MissionParameters))
+    _check_physics(built[SIM])
     try:
         check_debris_position(scenario.debris_position, rules)
     except ValueError as error:
@@ -303,6 +303,16 @@ def _check_models(values: Values, mu_count: int, sources: Mapping[tuple[str, str
     return {key: value for key, value in hashes.items() if value}
 
 
+def _check_physics(built: Sequence[Any]) -> None:
+    from tethernet_sim.settings import PhysicsParameters, check_together
+
+    of_kind = {type(instance): instance for instance in built}
+    try:
+        check_together(*(of_kind[kind] for kind in (PhysicsParameters, MissionParameters, ControlParameters)))
+    except ParameterError as error:
+        raise MissionParametersError(f"{SIM}: {error}") from error
+
+
 def _check_shared(values: Values) -> None:
     """The mission's rules and the rhythm of control are the same for all: nodes that disagree cannot fly together."""
     for key in (*field_types(MissionParameters), "control_period_s", "watchdog_periods"):
@@ -314,20 +324,6 @@ def _check_shared(values: Values) -> None:
                 f"{key} is {told[first]} for {first} and {told[other]} for {other}; "
                 f"allowed: one value for all, give it under {ALL_NODES}"
             )
-
-
-def _check_flight_time(built: Mapping[str, list[Any]], sources: Mapping[tuple[str, str], str]) -> None:
-    """A controller must not end a flight that the mission's rules allow."""
-    rules = next(instance for instance in built[PLANNER] if isinstance(instance, MissionParameters))
-    needed_s = rules.give_up_s + rules.capture_duration_s
-    for node, instances in built.items():
-        for control in instances:
-            if isinstance(control, ControlParameters) and mu_of(node) and control.longest_flight_s <= needed_s:
-                source = sources.get((node, "longest_flight_s"), f"{node}: ")
-                raise MissionParametersError(
-                    f"{source}longest_flight_s = {control.longest_flight_s:g} s; "
-                    f"allowed: more than give_up_s and capture_duration_s together, {needed_s:g} s"
-                )
 
 
 def _plain(value: Any) -> Any:

@@ -267,6 +267,6 @@ def distance(first, second):
 
 CALLED = (
     reference, pid_thrust, intercept_thrust, hold_thrust, fire, fuel_used, distance, estimator.predict,
-    estimator.update, estimator.begin, estimator.known,
+    estimator.update, estimator.begin,
 )  # fmt: skip
 """Functions that others here call: what compiles one of those must know these too."""

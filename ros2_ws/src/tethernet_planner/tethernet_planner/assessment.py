@@ -11,7 +11,6 @@ from dataclasses import dataclass
 
 from tethernet_control.layout import design
 from tethernet_control.mission import Mission, Phase
-from tethernet_control.mission_gate import MissionGate
 from tethernet_control.settings import ControlParameters
 from tethernet_sim.capture_quality import QualityParameters, captured, hull_quality, mouth_area, verdict
 
@@ -101,7 +100,7 @@ class CaptureAssessor:
         predictor: surrogate asked at the trigger, or None.
         clock: wall time [s].
         """
-        self._gate = MissionGate(Mission(mu_count))
+        self.mission = Mission(mu_count)
         self._quality = quality
         self._progress_ns = progress_every * control.period_ns
         self._predictor = predictor
@@ -112,19 +111,15 @@ class CaptureAssessor:
         self._triggered = self._concluded = False
         self._over_since_s = math.inf
 
-    @property
-    def mission(self) -> Mission:
-        """The newest state of the mission that counts."""
-        return self._gate.mission
-
     def take_mission(self, mission: Mission) -> list[Assessment]:
         """Take over a newer state of the mission.
 
         Returns:
             Assessments that have become due at samples seen before, oldest first.
         """
-        if not self._gate.take(mission):
+        if mission.sequence <= self.mission.sequence:
             return []
+        self.mission = mission
         if mission.phase in (Phase.COMPLETE, Phase.MISSED):
             self._over_since_s = self._clock()
         return [assessment for sample in self._recent for assessment in self._due_at(sample)]

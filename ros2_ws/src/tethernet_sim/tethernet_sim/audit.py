@@ -67,7 +67,7 @@ def kinetic_energy(model: Model, state: State) -> np.ndarray:
 
 
 def elastic_energy(model: Model, state: State) -> np.ndarray:
-    """Energy in threads, main tether, joints and contacts (normal and friction springs) [J], shape (B,)."""
+    """Energy in threads, tether, winches' threads, joints, contacts (normal and friction springs) [J], shape (B,)."""
     from .kernels.contact import surface
 
     mesh, mu = thread_lengths(model, state)
@@ -82,6 +82,10 @@ def elastic_energy(model: Model, state: State) -> np.ndarray:
             total[b] += 0.5 * model.numbers.tether_stiffness * max(stretch, 0.0) ** 2
             gaps = np.linalg.norm(position[b, model.arrays.pairs[:, 1]] - position[b, model.arrays.pairs[:, 0]], axis=1)
             held = np.maximum(gaps - state.pair_length[b], 0.0)
+            if model.winch_threads:
+                free = np.where(state.locked[b], 0.0, gaps).reshape(model.winch_threads, -1).sum(axis=1)
+                drawn = np.maximum(free - state.winch_length[b], 0.0)
+                total[b] += 0.5 * model.numbers.winch_stiffness * np.sum(drawn**2)
             total[b] += 0.5 * model.numbers.joint_stiffness * np.sum(held[state.locked[b]] ** 2)
         debris = state.bodies[b, DEBRIS]
         local = rotate(inverse(debris[ATTITUDE])[None], position[b] - debris[POSITION])

@@ -21,7 +21,7 @@ from .failure import MuFailure
 from .kernels import control as control_kernels
 from .scenario import Outcome, Scenario
 from .sensors import OdometryNoise
-from .settings import PhysicsParameters
+from .settings import PhysicsParameters, check_together
 from .state import DEBRIS
 from .world import World
 
@@ -43,6 +43,12 @@ class Settings:
     control: ControlParameters
     mission: MissionParameters
     quality: QualityParameters
+
+    def __post_init__(self):
+        """Raises:
+        ParameterError: for parameters that do not fit together.
+        """
+        check_together(self.physics, self.mission, self.control)
 
     @classmethod
     def load(cls, **overrides: dict) -> Settings:
@@ -226,7 +232,6 @@ class _Flight:
                     self.off[b] = [mission.docked(mu, stamp_ns) for mu in range(1, mission.mu_count + 1)]
                 if stamp_ns >= mission.end_ns:
                     self.off[b] = True
-            self.off[b] |= self.fuel[b] >= control.propellant_kg
         control_kernels.command(
             self.law, flying, position, velocity, seconds_between(0, stamp_ns), self.closing_elapsed,
             self.closing_duration, control.period_ns * NANOSECOND_S, self.off, self.start, self.aim, self.close,

@@ -13,6 +13,8 @@ from .settings import PhysicsParameters
 
 KNOTS = KNOT_ROWS * KNOT_ROWS
 CENTRAL_KNOT = KNOTS // 2
+PARTICLE_ROOM = 544
+"""Room for all knots and MUs in the kernels' work space, in whole cache lines."""
 CLOSING_NODES_PER_SIDE = (0, 7, 15)
 """Closing nodes of the 4-MU design on each side, counted from one corner; the next corner starts the next side [A; 12
 is P].
@@ -38,18 +40,15 @@ class Numbers(NamedTuple):
     tether_stiffness: float  # [N/m]
     tether_damping: float  # [N s/m]
     contact_stiffness: float  # [N/m]
-    knot_contact_damping: float  # [N s/m]
-    mu_contact_damping: float  # [N s/m]
     friction: float  # [-]
     knot_radius: float  # [m]
     mu_radius: float  # [m]
-    winch_speed: float  # [m/s]; 0 where the MUs dock
+    winch_speed: float  # at which the thread of one side is taken in, from both its ends [m/s]
     winch_tension: float  # [N]
     winch_stiffness: float  # [N/m]
-    winch_damping: float  # [N s/m]
     joint_stiffness: float  # [N/m]
-    joint_damping: float  # [N s/m]
-    joint_draw_in: float  # [m/s]
+    joint_draw_in: float  # [m/s]; 0 where knots are locked
+    joint_pull: float  # largest force of the motor that draws a joint in [N]
     docking_distance: float  # [m]
     coupling_stiffness: float  # of an external MU's stand-in [N/m]
     coupling_damping: float  # [N s/m]
@@ -62,7 +61,9 @@ class Arrays(NamedTuple):
     kick: np.ndarray  # (529,) velocity per force in one step: time step / mass [s/kg]
     mu_knot: np.ndarray  # (M,) knot that MU m hangs on
     mu_thread: np.ndarray  # (M,) rest length of its thread [m]
-    pairs: np.ndarray  # (R, 2) closing pairs: particles
+    pairs: np.ndarray  # (R, 2) closing pairs: particles, in their order round the mouth
+    joint_damping: np.ndarray  # (R,) of each pair's joint [N s/m]
+    contact_damping: np.ndarray  # (529 + M,) of each particle's contact [N s/m]
 
 
 class Model(NamedTuple):
@@ -70,6 +71,8 @@ class Model(NamedTuple):
 
     numbers: Numbers
     arrays: Arrays
+    winch_threads: int
+    """Closing threads, one along each side between the winches at its ends; 0 where MUs dock."""
 
 
 def closing_nodes() -> list[int]:
@@ -102,16 +105,21 @@ def build_model(mu_count: int, physics: PhysicsParameters, mission: MissionParam
         mission: gives the docking distance.
 
     Raises:
-        ValueError: for an unknown design.
+        ValueError: for an unknown design, or one with more MUs than the kernels have room for.
     """
     layout = design(mu_count)
+    if KNOTS + mu_count > PARTICLE_ROOM:
+        raise ValueError(f"{mu_count} MUs: the kernels have room for {PARTICLE_ROOM - KNOTS}")
     mass = knot_masses(physics)
-    knot, mu = float(mass.max()), physics.mu_mass_kg
+    mu = physics.mu_mass_kg
     if layout.closes_by_docking:
         ring = [KNOTS + mu_number - 1 for mu_number in layout.closing_ring]
     else:
         ring = closing_nodes()
-    joined = 0.5 * (mu if layout.closes_by_docking else knot)  # reduced mass of a pair
+    pairs = np.array(list(zip(ring, ring[1:] + ring[:1], strict=True)))
+    all_masses = np.concatenate([mass, np.full(mu_count, mu)])
+    first, second = all_masses[pairs[:, 0]], all_masses[pairs[:, 1]]
+    docks = layout.closes_by_docking
     numbers = Numbers(
         time_step=physics.time_step_s,
         mesh=physics.mesh_m,
@@ -129,18 +137,15 @@ def build_model(mu_count: int, physics: PhysicsParameters, mission: MissionParam
         tether_stiffness=physics.tether_stiffness_n_m,
         tether_damping=physics.tether_damping_n_s_m,
         contact_stiffness=physics.contact_stiffness_n_m,
-        knot_contact_damping=physics.contact_damping_ratio * _critical(physics.contact_stiffness_n_m, knot),
-        mu_contact_damping=physics.contact_damping_ratio * _critical(physics.contact_stiffness_n_m, mu),
         friction=physics.friction_coefficient,
         knot_radius=physics.knot_radius_m,
         mu_radius=physics.mu_radius_m,
-        winch_speed=0.0 if layout.closes_by_docking else physics.winch_speed_m_s,
+        winch_speed=2.0 * physics.winch_speed_m_s,
         winch_tension=physics.winch_tension_n,
         winch_stiffness=physics.winch_stiffness_n_m,
-        winch_damping=_critical(physics.winch_stiffness_n_m, 0.5 * knot),
         joint_stiffness=physics.joint_stiffness_n_m,
-        joint_damping=_critical(physics.joint_stiffness_n_m, joined),
-        joint_draw_in=physics.joint_draw_in_m_s,
+        joint_draw_in=physics.joint_draw_in_m_s if docks else 0.0,
+        joint_pull=physics.joint_pull_n,
         docking_distance=mission.docking_distance_m,
         coupling_stiffness=mu * physics.external_coupling_rad_s**2,
         coupling_damping=2.0 * mu * physics.external_coupling_rad_s,
@@ -150,11 +155,14 @@ def build_model(mu_count: int, physics: PhysicsParameters, mission: MissionParam
         kick=physics.time_step_s / mass,
         mu_knot=np.array([row * KNOT_ROWS + column for row, column in layout.knots]),
         mu_thread=np.array(layout.thread_lengths),
-        pairs=np.array(list(zip(ring, ring[1:] + ring[:1], strict=True))),
+        pairs=pairs,
+        joint_damping=physics.joint_damping_ratio
+        * _critical(physics.joint_stiffness_n_m, first * second / (first + second)),
+        contact_damping=physics.contact_damping_ratio * _critical(physics.contact_stiffness_n_m, all_masses),
     )
-    return Model(numbers, arrays)
+    return Model(numbers, arrays, 0 if docks else len(pairs) // len(CLOSING_NODES_PER_SIDE))
 
 
-def _critical(stiffness: float, mass: float) -> float:
-    """Critical damping of a mass on a spring [N s/m]."""
-    return 2.0 * float(np.sqrt(stiffness * mass))
+def _critical(stiffness: float, mass):
+    """Critical damping of a mass on a spring [N s/m]; of each, for an array of masses [kg]."""
+    return 2.0 * np.sqrt(stiffness * mass)

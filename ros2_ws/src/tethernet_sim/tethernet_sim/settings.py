@@ -10,10 +10,14 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import ClassVar
 
-from tethernet_control.layout import DESIGNS
+from tethernet_control.layout import DESIGNS, KNOT_ROWS
 from tethernet_control.parameters import ParameterError, parameter
+from tethernet_control.settings import ControlParameters, MissionParameters
 
 _CONFIG = Path(__file__).parent / "config"
+
+MESH_M = 1.0
+"""Length of a mesh that the closing plan's reach and the mouth are made for [m]."""
 
 
 @dataclass(frozen=True)
@@ -23,13 +27,18 @@ class PhysicsParameters:
     FILE: ClassVar[Path] = _CONFIG / "physics.yaml"
 
     time_step_s: float = parameter(
-        "Step of the semi-implicit Euler integration; beyond 1.45e-4 s the threads of the rim are unstable",
+        "Step of the semi-implicit Euler integration; what is stable follows from masses, stiffness and damping "
+        "(stability.py): 1.003e-4 s with the default values",
         unit="s",
         low=1e-6,
-        high=1.4e-4,
+        high=1e-3,
     )
     mesh_m: float = parameter(
-        "Length of a thread between two knots [D: 23 x 23 knots, 22 m side]", unit="m", low=0.1, high=10.0
+        "Length of a thread between two knots [D: 23 x 23 knots, 22 m side]; 1 only, because closing plan and mouth "
+        "count on a net of 22 m",
+        unit="m",
+        low=0.1,
+        high=10.0,
     )
     thread_radius_m: float = parameter("Radius of a thread [A: usual for Technora nets]", unit="m", low=1e-5, high=1e-2)
     thread_modulus_pa: float = parameter(
@@ -77,27 +86,57 @@ class PhysicsParameters:
         "mu of the scaled-box friction, in each tangential direction [A]", low=0.0, high=2.0
     )
     winch_speed_m_s: float = parameter(
-        "4 MUs: the closing thread's rest lengths shrink so fast [A]", unit="m/s", low=0.0, high=10.0
-    )
-    winch_tension_n: float = parameter(
-        "4 MUs: largest tension of the closing thread [A]", unit="N", low=0.0, high=500.0
-    )
-    winch_stiffness_n_m: float = parameter(
-        "4 MUs: stiffness of a segment of the closing thread [A]", unit="N/m", low=0.0, high=2e4
-    )
-    joint_stiffness_n_m: float = parameter(
-        "Stiffness of a docked or locked pair's joint [A]", unit="N/m", low=0.0, high=2e4
-    )
-    joint_draw_in_m_s: float = parameter(
-        "A joint's length shrinks to 0 so fast, so that engaging it injects no energy at once [A]",
+        "4 MUs: each winch takes its threads in so fast, as long as they pull less than it can; 0: it holds them [A]",
         unit="m/s",
-        low=0.01,
+        low=0.0,
         high=10.0,
     )
+    winch_tension_n: float = parameter(
+        "4 MUs: largest tension of a closing thread; at more the winch slips [A]", unit="N", low=0.0, high=500.0
+    )
+    winch_stiffness_n_m: float = parameter(
+        "4 MUs: stiffness of the closing thread of one side [A: E A / 22 m of the net's thread is 2500]",
+        unit="N/m",
+        low=1.0,
+        high=2e4,
+    )
+    joint_stiffness_n_m: float = parameter(
+        "Stiffness of a docked or locked pair's joint [A]", unit="N/m", low=1.0, high=2e4
+    )
+    joint_damping_ratio: float = parameter(
+        "Damping of a joint along its line, of the reduced mass of its pair [A]", low=0.0, high=1.0
+    )
+    joint_draw_in_m_s: float = parameter(
+        "8 MUs: a docked pair is drawn together so fast, to length 0 [P: 0; A: by a motor, at this speed]; 0: it stays",
+        unit="m/s",
+        low=0.0,
+        high=10.0,
+    )
+    joint_pull_n: float = parameter(
+        "8 MUs: the motor that draws a docked pair together pulls no harder; where it would have to, it stands still "
+        "and holds [A]",
+        unit="N", low=0.0, high=500.0,
+    )  # fmt: skip
     external_coupling_rad_s: float = parameter(
         "Bandwidth of the spring and damper that draw an external MU's stand-in in the net after its odometry [A]",
         unit="rad/s", low=0.1, high=50.0,
     )  # fmt: skip
+
+    def __post_init__(self):
+        if self.mesh_m != MESH_M:
+            raise ParameterError(
+                f"PhysicsParameters.mesh_m = {self.mesh_m:g}: the closing plan and the mouth count on a net of "
+                f"{KNOT_ROWS - 1} m, {KNOT_ROWS} knots {MESH_M:g} m apart; allowed: {MESH_M:g} m"
+            )
+        from .stability import largest_step_of  # numpy behind it takes longer than all else here
+
+        largest = largest_step_of(self)
+        if self.time_step_s > largest:
+            raise ParameterError(
+                f"PhysicsParameters.time_step_s = {self.time_step_s:g}: unstable with these masses, stiffnesses and "
+                f"dampings; allowed: at most {math.floor(largest * 1e9) * 1e-9:.5g} s, a whole part of the control "
+                "period"
+            )
 
     @property
     def thread_stiffness_n_m(self) -> float:
@@ -117,6 +156,28 @@ class PhysicsParameters:
     @property
     def _thread_area_m2(self) -> float:
         return math.pi * self.thread_radius_m**2
+
+
+def check_together(physics: PhysicsParameters, mission: MissionParameters, control: ControlParameters) -> None:
+    """Make sure that parameters of several kinds fit together.
+
+    Raises:
+        ParameterError: for a control period that is not a multiple of the time step, or a debris of another size than
+            the closing is planned for.
+    """
+    steps = round(control.control_period_s / physics.time_step_s)
+    if abs(steps * physics.time_step_s - control.control_period_s) > 1e-9 * control.control_period_s:
+        more = math.ceil(control.control_period_s / physics.time_step_s)
+        raise ParameterError(
+            f"PhysicsParameters.time_step_s = {physics.time_step_s:g} does not divide the control period of "
+            f"{control.control_period_s:g} s; allowed for instance: {control.control_period_s / more!r}"
+        )
+    for body, target in (("debris_radius_m", "target_radius_m"), ("debris_length_m", "target_length_m")):
+        if getattr(physics, body) != getattr(mission, target):
+            raise ParameterError(
+                f"PhysicsParameters.{body} = {getattr(physics, body):g}, but the closing is planned for "
+                f"MissionParameters.{target} = {getattr(mission, target):g}; allowed: the same value for both"
+            )
 
 
 @dataclass(frozen=True)

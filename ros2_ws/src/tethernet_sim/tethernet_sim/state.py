@@ -40,9 +40,11 @@ class State:
     tether_length: np.ndarray  # (B,)
     """Length of the locked main tether [m]; as paid out while it is free."""
     pair_length: np.ndarray  # (B, R)
-    """Rest length of each closing segment or joint [m]."""
+    """Rest length of each joint; of a pair that is not locked, its distance at the last step of closing [m]."""
     locked: np.ndarray  # (B, R) bool
     """Closing pairs held for good."""
+    winch_length: np.ndarray  # (B, S)
+    """Rest length of what is not locked of each winch's thread [m]; S is 0 where the MUs dock."""
     contacts: np.ndarray  # (B,) int64
     """Particles in contact with the debris at the last step."""
 
@@ -97,5 +99,6 @@ def initial_state(
         tether_length=np.full(batch, physics.start_distance_m),
         pair_length=np.zeros((batch, pairs)),
         locked=np.zeros((batch, pairs), bool),
+        winch_length=np.zeros((batch, model.winch_threads)),
         contacts=np.zeros(batch, np.int64),
     )

@@ -12,7 +12,7 @@ from tethernet_control.settings import ControlParameters, MissionParameters
 from . import cores
 from .kernels import step
 from .model import CENTRAL_KNOT, Model, build_model
-from .settings import PhysicsParameters
+from .settings import PhysicsParameters, check_together
 from .state import ATTITUDE, CHASER, DEBRIS, MOMENTUM, POSITION, VELOCITY, State, initial_state
 
 
@@ -43,16 +43,12 @@ class World:
             control: gives the control period.
 
         Raises:
-            ValueError: for an unknown design, or a control period that is not a multiple of the time step.
+            ValueError: for an unknown design, or parameters that do not fit together.
         """
+        check_together(physics, mission, control)
         self.physics = physics
         self.model: Model = build_model(mu_count, physics, mission)
         self.steps = round(control.control_period_s / physics.time_step_s)
-        if abs(self.steps * physics.time_step_s - control.control_period_s) > 1e-9 * control.control_period_s:
-            raise ValueError(
-                f"time_step_s = {physics.time_step_s:g} does not divide "
-                f"the control period of {control.control_period_s:g} s"
-            )
         self.state: State = initial_state(self.model, physics, debris_position, debris_attitude, debris_rate)
         batch = self.state.batch
         self.external = np.zeros((batch, mu_count), bool)
@@ -82,7 +78,7 @@ class World:
             step.advance(
                 self.model.numbers, self.model.arrays, self.steps, part, thrust, self.external, self.target_pos,
                 self.target_vel, s.knot_pos, s.knot_vel, s.mu_pos, s.mu_vel, s.bodies, s.bristle, s.closing,
-                s.pair_length, s.locked, s.tether_length, s.contacts,
+                s.pair_length, s.locked, s.winch_length, s.tether_length, s.contacts,
             )  # fmt: skip
 
         cores.share(fly, self._all if chosen is None else chosen)
@@ -98,6 +94,7 @@ class World:
             s.bodies[index, CHASER],
             s.pair_length[index],
             s.locked[index],
+            s.winch_length[index],
         )
         s.closing[index] = True
 

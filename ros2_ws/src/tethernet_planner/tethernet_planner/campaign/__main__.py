@@ -1,9 +1,5 @@
-from tethernet_control.quiet_start import command_start
+import sys
 
-command_start()
-
-import sys  # noqa: E402
-
-from .cli import main  # noqa: E402
+from .cli import main
 
 sys.exit(main())

@@ -8,7 +8,7 @@ import math
 
 import numpy as np
 
-from ..model import KNOTS
+from ..model import KNOTS, PARTICLE_ROOM
 from .listing import listed
 from .options import leaf
 
@@ -17,8 +17,7 @@ SPEED_FACTOR, SPEED_MARGIN_M_S = 2.0, 2.0
 this margin: a thread that snaps taut can at most reverse a relative velocity."""
 NEAR_STEPS = 10
 """Steps between two searches while particles are near the debris."""
-ROOM = 544
-"""Room for all knots and MUs, in whole cache lines."""
+ROOM = PARTICLE_ROOM
 ROWS = 14
 """Rows of work space for :func:`contact_forces`."""
 FAR_STEPS = 500
@@ -217,8 +216,11 @@ def find_touching(knot_pos, mu_pos, debris, matrix, numbers, near, knots, count,
 
 
 @leaf
-def gather(knot_pos, knot_vel, mu_pos, mu_vel, debris, numbers, near, held, touching, knots, count, work):
-    """Copy what :func:`contact_forces` needs of the touching particles to ``work``, and fill up a whole vector.
+def gather(
+    knot_pos, knot_vel, mu_pos, mu_vel, debris, damping, numbers, near, held, touching, knots, count, work
+):  # fmt: skip
+    """Copy what :func:`contact_forces` needs of the touching particles to ``work``, and fill up a whole vector;
+    ``damping`` (529 + M,) is that of each particle [N s/m].
 
     Returns:
         How many ``work`` holds; those beyond ``count`` touch nothing.
@@ -231,12 +233,13 @@ def gather(knot_pos, knot_vel, mu_pos, mu_vel, debris, numbers, near, held, touc
             work[k], work[k + ROOM], work[k + 2 * ROOM] = knot_pos[0, i] - px, knot_pos[1, i] - py, knot_pos[2, i] - pz
             work[k + 3 * ROOM], work[k + 4 * ROOM] = knot_vel[0, i], knot_vel[1, i]
             work[k + 5 * ROOM] = knot_vel[2, i]
-            work[k + 12 * ROOM], work[k + 13 * ROOM] = numbers.knot_radius, numbers.knot_contact_damping
+            work[k + 12 * ROOM] = numbers.knot_radius
         else:
             m = near[j] - KNOTS
             work[k], work[k + ROOM], work[k + 2 * ROOM] = mu_pos[m, 0] - px, mu_pos[m, 1] - py, mu_pos[m, 2] - pz
             work[k + 3 * ROOM], work[k + 4 * ROOM], work[k + 5 * ROOM] = mu_vel[m, 0], mu_vel[m, 1], mu_vel[m, 2]
-            work[k + 12 * ROOM], work[k + 13 * ROOM] = numbers.mu_radius, numbers.mu_contact_damping
+            work[k + 12 * ROOM] = numbers.mu_radius
+        work[k + 13 * ROOM] = damping[near[j]]
         work[k + 6 * ROOM], work[k + 7 * ROOM], work[k + 8 * ROOM] = held[0, j], held[1, j], held[2, j]
     filled = (count + 7) // 8 * 8
     for k in range(count, filled):

@@ -1,4 +1,4 @@
-"""Closing: winch segments, docking and locked joints between neighbours round the mouth."""
+"""Closing: the winches' threads, and the joints of docked or locked neighbours round the mouth."""
 
 from __future__ import annotations
 
@@ -26,62 +26,118 @@ def distance(knot_pos, mu_pos, first, second):
 
 
 @leaf
-def pair_forces(knot_pos, knot_vel, mu_pos, mu_vel, pairs, lengths, locked, numbers, forces):
-    """Shorten the pairs' rest lengths by one step, lock those that have come near enough, find the force on the first
-    of each pair, towards the second.
+def drawn_in(rest, length, speed, pull, stiffness, time_step):
+    """The rest length [m] of a spring after one step of a motor that draws it in with a limited force.
 
-    An unlocked pair is a segment of the winch's thread: tension only, limited. A locked pair is a joint: a tension-only
-    spring towards its shrinking rest length, without limit, and a damper in all directions, because two docked units do
-    not orbit each other.
+    Where the spring pulls as hard as the motor can, the motor stands still; it never works beyond its force.
+
+    Args:
+        rest: before [m].
+        length: present distance of the spring's ends [m].
+        speed: of the motor [m/s].
+        pull: the motor's largest force [N].
+        stiffness: of the spring [N/m].
+        time_step: [s].
+    """
+    return min(rest, max(rest - speed * time_step, length - pull / stiffness, 0.0))
+
+
+@leaf
+def measure(knot_pos, knot_vel, mu_pos, mu_vel, pairs, span):
+    """Find what lies between the particles of each pair: ``span`` (R, 5) is offset x y z from the first to the second
+    [m], distance [m], rate of the distance [m/s].
+    """
+    for r in range(len(pairs)):
+        ax, ay, az = particle(knot_pos, mu_pos, pairs[r, 0])
+        bx, by, bz = particle(knot_pos, mu_pos, pairs[r, 1])
+        dx, dy, dz = bx - ax, by - ay, bz - az
+        ax, ay, az = particle(knot_vel, mu_vel, pairs[r, 0])
+        bx, by, bz = particle(knot_vel, mu_vel, pairs[r, 1])
+        length = math.sqrt(dx * dx + dy * dy + dz * dz)
+        rate = ((bx - ax) * dx + (by - ay) * dy + (bz - az) * dz) / max(length, 1e-9)
+        span[r, 0], span[r, 1], span[r, 2], span[r, 3], span[r, 4] = dx, dy, dz, length, rate
+
+
+@leaf
+def lock_near(span, segments, lengths, locked, winch_length, numbers):
+    """Lock the pairs that have come near enough, at the distance they have: a joint begins without tension, and takes
+    its part out of the winch's thread without changing the thread's.
+
+    Args:
+        span: of each pair, see :func:`measure`.
+        segments: pairs that one winch's thread runs through; 0 where MUs dock.
+        lengths: rest lengths of the joints [m], (R,); updated.
+        locked: which are joints, (R,); updated.
+        winch_length: rest lengths of the threads [m], (S,); updated.
+        numbers: constants of the model.
+    """
+    for r in range(len(span)):
+        if not locked[r]:
+            lengths[r] = span[r, 3]
+            if span[r, 3] < numbers.docking_distance:
+                locked[r] = True
+                if segments:
+                    thread = r // segments
+                    winch_length[thread] = max(winch_length[thread] - span[r, 3], 0.0)
+
+
+@leaf
+def pair_forces(
+    knot_pos, knot_vel, mu_pos, mu_vel, pairs, lengths, locked, winch_length, joint_damping, numbers, span, forces
+):  # fmt: skip
+    """Move the winches and the joints' motors by one step, lock the pairs that have come near enough, find the force on
+    the first of each pair, towards the second.
+
+    A winch's thread slides through its closing nodes: one tension in all its segments that are not locked. The winch
+    takes it in at a given speed; at its largest tension it slips, so that the thread is never shorter than that tension
+    stretches it. A joint pulls only, and dampens along the line of its pair: angular momentum stays exact.
 
     Args:
         knot_pos: (3, 529) [m].
         knot_vel: (3, 529) [m/s].
         mu_pos: (M, 3) [m].
         mu_vel: (M, 3) [m/s].
-        pairs: particles of each pair, all knots or all MUs, (R, 2).
-        lengths: rest lengths [m], (R,); updated.
+        pairs: particles of each pair, all knots or all MUs, (R, 2); along each winch's thread in their order.
+        lengths: rest lengths of the joints [m], present distances of pairs that are not locked, (R,); updated.
         locked: which are joints, (R,); updated.
+        winch_length: rest length of the part of each winch's thread that is not locked [m], (S,), empty where MUs dock;
+            updated.
+        joint_damping: of each pair [N s/m], (R,).
         numbers: constants of the model.
+        span: work space, (R, 5).
         forces: output [N], (R, 3).
     """
-    docking_squared = numbers.docking_distance * numbers.docking_distance
-    docks = pairs[0, 0] >= KNOTS
+    threads = len(winch_length)
+    segments = len(pairs) // threads if threads else 0
+    measure(knot_pos, knot_vel, mu_pos, mu_vel, pairs, span)
+    lock_near(span, segments, lengths, locked, winch_length, numbers)
     for r in range(len(pairs)):
-        a, b = pairs[r, 0], pairs[r, 1]
-        if docks:
-            a, b = a - KNOTS, b - KNOTS
-            dx, dy, dz = mu_pos[b, 0] - mu_pos[a, 0], mu_pos[b, 1] - mu_pos[a, 1], mu_pos[b, 2] - mu_pos[a, 2]
-            vx, vy, vz = mu_vel[b, 0] - mu_vel[a, 0], mu_vel[b, 1] - mu_vel[a, 1], mu_vel[b, 2] - mu_vel[a, 2]
-        else:
-            dx, dy, dz = (
-                knot_pos[0, b] - knot_pos[0, a],
-                knot_pos[1, b] - knot_pos[1, a],
-                knot_pos[2, b] - knot_pos[2, a],
-            )
-            vx, vy, vz = (
-                knot_vel[0, b] - knot_vel[0, a],
-                knot_vel[1, b] - knot_vel[1, a],
-                knot_vel[2, b] - knot_vel[2, a],
-            )
-        squared = dx * dx + dy * dy + dz * dz
-        if not locked[r] and squared < docking_squared:
-            locked[r] = True
-            lengths[r] = math.sqrt(squared)
-        speed = numbers.joint_draw_in if locked[r] else numbers.winch_speed
-        rest = max(lengths[r] - speed * numbers.time_step, 0.0)
-        lengths[r] = rest
-        pull, drag = 0.0, 0.0
+        pull = 0.0
         if locked[r]:
-            drag = numbers.joint_damping
-            if squared > rest * rest:
-                pull = numbers.joint_stiffness * (1.0 - rest / math.sqrt(squared))
-        elif numbers.winch_speed > 0.0 and squared > rest * rest:
-            inverse = 1.0 / math.sqrt(squared)
-            stretching = (vx * dx + vy * dy + vz * dz) * inverse
-            pull = numbers.winch_stiffness * (squared * inverse - rest) + numbers.winch_damping * stretching
-            pull = min(max(pull, 0.0), numbers.winch_tension) * inverse
-        forces[r, 0], forces[r, 1], forces[r, 2] = pull * dx + drag * vx, pull * dy + drag * vy, pull * dz + drag * vz
+            length = span[r, 3]
+            lengths[r] = drawn_in(
+                lengths[r], length, numbers.joint_draw_in, numbers.joint_pull, numbers.joint_stiffness,
+                numbers.time_step,
+            )  # fmt: skip
+            pull = numbers.joint_stiffness * max(length - lengths[r], 0.0) + joint_damping[r] * span[r, 4]
+            pull /= max(length, 1e-9)
+        forces[r, 0], forces[r, 1], forces[r, 2] = pull * span[r, 0], pull * span[r, 1], pull * span[r, 2]
+    for thread in range(threads):
+        length = 0.0
+        for r in range(thread * segments, (thread + 1) * segments):
+            if not locked[r]:
+                length += span[r, 3]
+        taken_in = winch_length[thread] - numbers.winch_speed * numbers.time_step
+        rest = max(taken_in, length - numbers.winch_tension / numbers.winch_stiffness, 0.0)
+        winch_length[thread] = rest
+        if length > rest:
+            tension = numbers.winch_stiffness * (length - rest)
+            for r in range(thread * segments, (thread + 1) * segments):
+                if not locked[r]:
+                    scale = tension / span[r, 3]
+                    forces[r, 0], forces[r, 1], forces[r, 2] = (
+                        scale * span[r, 0], scale * span[r, 1], scale * span[r, 2],
+                    )  # fmt: skip
 
 
 @leaf

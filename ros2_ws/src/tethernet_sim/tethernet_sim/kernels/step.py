@@ -106,7 +106,8 @@ def aligned_rows(width):
 @merged
 def advance_scenario(
     numbers, arrays, steps, thrust, external, target_pos, target_vel,
-    all_knot_pos, all_knot_vel, mu_pos, mu_vel, bodies, bristle, closing, pair_length, locked, tether_length,
+    all_knot_pos, all_knot_vel, mu_pos, mu_vel, bodies, bristle, closing, pair_length, locked, winch_length,
+    tether_length,
 ):  # fmt: skip
     """Fly one scenario for ``steps`` steps under constant thrust.
 
@@ -118,8 +119,8 @@ def advance_scenario(
         external: per MU, whether its stand-in follows a target (M,).
         target_pos: the target at the first step [m], (M, 3).
         target_vel: its velocity [m/s], (M, 3).
-        all_knot_pos, all_knot_vel, mu_pos, mu_vel, bodies, bristle, pair_length, locked: the scenario's state, see
-        State; updated.
+        all_knot_pos, all_knot_vel, mu_pos, mu_vel, bodies, bristle, pair_length, locked, winch_length: the scenario's
+            state, see State; updated.
         closing: closing has begun.
         tether_length: locked length of the main tether [m].
 
@@ -128,6 +129,7 @@ def advance_scenario(
     """
     kick, all_pairs = arrays.kick, arrays.pairs
     mu_knot, mu_thread = arrays.mu_knot, arrays.mu_thread
+    joint_damping, contact_damping = arrays.joint_damping, arrays.contact_damping
     dt = numbers.time_step
     mus = len(mu_knot)
     row_flags, column_flags = np.zeros(threads.ROW_THREADS, np.uint8), np.zeros(threads.COLUMN_FLAGS, np.uint8)
@@ -138,7 +140,7 @@ def advance_scenario(
     row_force, column_force = aligned_rows(threads.FORCE_ROOM), aligned_rows(threads.FORCE_ROOM)
     mu_force = np.zeros((mus, 3))
     pulls = np.zeros((mus + 1, 3))  # on the MUs' knots, then on the central knot
-    pair_forces = np.zeros((len(all_pairs), 3))
+    pair_forces, pair_span = np.zeros((len(all_pairs), 3)), np.zeros((len(all_pairs), 5))
     near, touching = np.empty(contact.ROOM + 1, np.uint32), np.empty(contact.ROOM + 1, np.uint32)
     near_flags = np.zeros(contact.ROOM, np.uint8)
     near_blocks = near_flags.view(np.uint64)
@@ -189,7 +191,10 @@ def advance_scenario(
         if closing:
             rigid_body.angular_rate(chaser, chaser_matrix, numbers.chaser_inertia, numbers.chaser_inertia, rate)
             tether_force(knot_pos, knot_vel, chaser, chaser_matrix, rate, numbers, tether_length, tether_pull, torque)
-            pairs.pair_forces(knot_pos, knot_vel, mu_pos, mu_vel, all_pairs, pair_length, locked, numbers, pair_forces)
+            pairs.pair_forces(
+                knot_pos, knot_vel, mu_pos, mu_vel, all_pairs, pair_length, locked, winch_length, joint_damping,
+                numbers, pair_span, pair_forces,
+            )  # fmt: skip
         contacts = 0
         if near_count:
             for axis in range(3):
@@ -199,8 +204,8 @@ def advance_scenario(
                 knot_pos, mu_pos, debris, debris_matrix, numbers, near, near_knots, near_count, held, kept, touching
             )
             filled = contact.gather(
-                knot_pos, knot_vel, mu_pos, mu_vel, debris, numbers, near, held, touching, touching_knots,
-                touching_count, work,
+                knot_pos, knot_vel, mu_pos, mu_vel, debris, contact_damping, numbers, near, held, touching,
+                touching_knots, touching_count, work,
             )  # fmt: skip
             contacts = contact.contact_forces(
                 work, filled, debris, debris_matrix, rate, numbers, debris_force, debris_torque
@@ -254,13 +259,16 @@ def advance_scenario(
 
 
 @kernel
-def begin_closing(numbers, all_pairs, knot_pos, mu_pos, chaser, pair_length, locked):
-    """Lock the main tether at its present length, take the pairs' present distances. Returns the tether's length
-    [m].
+def begin_closing(numbers, all_pairs, knot_pos, mu_pos, chaser, pair_length, locked, winch_length):
+    """Lock the main tether at its present length, and the winches' threads. Returns the
+    tether's length [m].
     """
+    winch_length[:] = 0.0
     for r in range(len(all_pairs)):
         pair_length[r] = pairs.distance(knot_pos, mu_pos, all_pairs[r, 0], all_pairs[r, 1])
         locked[r] = False
+        if len(winch_length):
+            winch_length[r * len(winch_length) // len(all_pairs)] += pair_length[r]
     matrix = np.zeros((3, 3))
     rigid_body.rotation_matrix(chaser, matrix)
     squared = 0.0
@@ -273,7 +281,8 @@ def begin_closing(numbers, all_pairs, knot_pos, mu_pos, chaser, pair_length, loc
 @outer
 def advance(
     numbers, arrays, steps, chosen, thrust, external, target_pos, target_vel,
-    knot_pos, knot_vel, mu_pos, mu_vel, bodies, bristle, closing, pair_length, locked, tether_length, contacts,
+    knot_pos, knot_vel, mu_pos, mu_vel, bodies, bristle, closing, pair_length, locked, winch_length,
+    tether_length, contacts,
 ):  # fmt: skip
     """Fly the ``chosen`` scenarios of a batch for ``steps`` steps; arrays as in State, with the leading scenario
     axis.
@@ -282,5 +291,5 @@ def advance(
         contacts[b] = advance_scenario(
             numbers, arrays, steps, thrust[b], external[b], target_pos[b], target_vel[b],
             knot_pos[b], knot_vel[b], mu_pos[b], mu_vel[b], bodies[b], bristle[b],
-            closing[b], pair_length[b], locked[b], tether_length[b],
+            closing[b], pair_length[b], locked[b], winch_length[b], tether_length[b],
         )  # fmt: skip

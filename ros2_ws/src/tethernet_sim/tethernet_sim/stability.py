@@ -1,0 +1,120 @@
+"""The largest step at which the integration is stable, whatever the net's shape.
+
+Semi-implicit Euler with explicit damping on a linearised system x'' = -K x - C x' (mass-normalised, symmetric) is
+stable while h^2 K + 2 h C < 4: with u a unit eigenvector of the step's quadratic eigenvalue problem, kappa = u* K u and
+gamma = u* C u, its factor z solves z^2 + (h^2 kappa + h gamma - 2) z + 1 - h gamma = 0, whose roots lie within the unit
+circle exactly if h^2 kappa + 2 h gamma < 4.
+
+K and C change with the net's shape. They are bounded here by what no shape exceeds: all threads taut and all along one
+line (collapsed meshes), every knot pressed to the debris and stuck to it, every closing pair held by a joint and by the
+winch's thread. That is the Laplacian of a weighted graph plus a diagonal; its largest eigenvalue is that of the matrix
+of magnitudes, found by power iteration and bounded from above by Collatz and Wielandt.
+"""
+
+from __future__ import annotations
+
+import functools
+import math
+
+import numpy as np
+
+from tethernet_control.layout import DESIGNS, KNOT_ROWS
+from tethernet_control.parameters import load
+from tethernet_control.settings import MissionParameters
+
+from .model import Model, build_model
+from .settings import PhysicsParameters
+
+_ITERATIONS = 200
+
+
+class Springs:
+    """Springs and dampers between particles, as they bound the step."""
+
+    def __init__(self, masses: np.ndarray):
+        """Args:
+        masses: of all particles [kg], shape (P,); infinite for what cannot move.
+        """
+        self._masses = masses
+        self._ends: list[tuple[np.ndarray, np.ndarray]] = []
+        self._strengths: list[tuple[np.ndarray, np.ndarray]] = []
+        self._held = np.zeros((2, len(masses)))
+
+    def between(self, first, second, stiffness, damping) -> None:
+        """Add springs between particles: their numbers, N/m and N s/m, each one for all or one for each."""
+        first, second = np.asarray(first), np.asarray(second)
+        self._ends.append((first, second))
+        self._strengths.append((np.broadcast_to(stiffness, first.shape), np.broadcast_to(damping, first.shape)))
+
+    def to_ground(self, stiffness, damping) -> None:
+        """Hold every particle [N/m, N s/m], one for all or one for each."""
+        self._held[0] += stiffness
+        self._held[1] += damping
+
+    def largest_step(self) -> float:
+        """The largest stable step [s], infinite without springs."""
+        stiffness, damping = self._largest(0), self._largest(1)
+        # h^2 K + 2 h C = 4; the sum of both bounds bounds the sum.
+        root = math.sqrt(damping * damping + 4.0 * stiffness)
+        return 4.0 / (damping + root) if root > 0.0 else math.inf
+
+    def _largest(self, kind: int) -> float:
+        """Upper bound of the largest eigenvalue of K [1/s^2] or C [1/s]."""
+        count = len(self._masses)
+        first = np.concatenate([a for a, _ in self._ends])
+        second = np.concatenate([b for _, b in self._ends])
+        strength = np.concatenate([s[kind] for s in self._strengths])
+        both, other, twice = np.concatenate([first, second]), np.concatenate([second, first]), np.tile(strength, 2)
+        diagonal = np.bincount(both, twice, count) + self._held[kind]
+        x = np.ones(count)
+        bound = math.inf
+        for _ in range(_ITERATIONS):
+            image = (diagonal * x + np.bincount(both, twice * x[other], count)) / self._masses
+            bound = min(bound, float((image / x).max()))
+            # The least share keeps the ratio defined where hardly anything arrives.
+            x = np.maximum(image / image.max(), 1e-6) if image.max() > 0.0 else x
+        return bound
+
+
+def net_springs(masses: np.ndarray, stiffness: float, damping: float) -> Springs:
+    """All threads of the net, the knots first among the particles.
+
+    Args:
+        masses: of all particles [kg].
+        stiffness: of a thread [N/m].
+        damping: of a thread [N s/m].
+    """
+    springs = Springs(masses)
+    index = np.arange(KNOT_ROWS * KNOT_ROWS).reshape(KNOT_ROWS, KNOT_ROWS)
+    springs.between(index[:, :-1].ravel(), index[:, 1:].ravel(), stiffness, damping)
+    springs.between(index[:-1].ravel(), index[1:].ravel(), stiffness, damping)
+    return springs
+
+
+@functools.cache
+def largest_step_of(physics: PhysicsParameters) -> float:
+    """The largest time step that is stable for every design [s]; the parameters' own step is not looked at."""
+    mission = load(MissionParameters)
+    return min(largest_step(build_model(mu_count, physics, mission)) for mu_count in DESIGNS)
+
+
+def largest_step(model: Model) -> float:
+    """The largest stable time step of a model [s]; its own step is not looked at."""
+    n, arrays = model.numbers, model.arrays
+    knots, mus = len(arrays.knot_mass), len(arrays.mu_knot)
+    masses = np.concatenate([arrays.knot_mass, np.full(mus, n.mu_mass)])
+    springs = net_springs(masses, n.stiffness, n.damping)
+    springs.between(arrays.mu_knot, knots + np.arange(mus), n.stiffness, n.damping)
+    springs.to_ground(n.contact_stiffness, arrays.contact_damping)
+    # The main tether is held by the chaser, the stand-ins of external MUs by their targets.
+    held = np.zeros((2, knots + mus))
+    held[:, knots // 2] = n.tether_stiffness, n.tether_damping
+    held[:, knots:] = np.array([[n.coupling_stiffness], [n.coupling_damping]])
+    springs.to_ground(*held)
+    first, second = arrays.pairs[:, 0], arrays.pairs[:, 1]
+    stiffness, damping = np.full(len(first), n.joint_stiffness), arrays.joint_damping
+    if model.winch_threads:
+        # A pair is locked or part of a thread. One tension in s segments is at most as stiff as s times that in each.
+        stiffness = np.maximum(stiffness, len(first) // model.winch_threads * n.winch_stiffness)
+    springs.between(first, second, stiffness, damping)
+    return springs.largest_step()
