@@ -20,6 +20,7 @@ from tethernet_planner.learning.model_file import ModelFileError, write
 from tethernet_planner.learning.net_features import feature_count
 from tethernet_planner.learning.surrogate_file import NOISES, Surrogate, log_fuel
 from tethernet_planner.learning.surrogate_scores import scores, with_errors
+from tethernet_planner.learning.trigger import fly_and_look
 from tethernet_sim.capture_quality import QualityParameters
 from tethernet_sim.fly import Settings
 
@@ -80,6 +81,10 @@ def test_what_is_saved_predicts_what_was_trained(name, materials, tmp_path):
     assert more["all"]["scenarios"] == len(test.captured) + 40
     assert more["all"]["failures"] == judged["failures"] + 40
     assert more["all"]["right"] == pytest.approx((60 * judged["right"] + 40) / 100)
+    assert judged["always_captured"] == judged["all"]["always_captured"] == test.captured.mean()
+    assert more["all"]["always_captured"] == pytest.approx((test.captured.sum() + 40) / 100)
+    never = more["all"]["failures"]
+    assert more["all"]["always_captured_balanced"] == pytest.approx(0.5 + 0.5 * 40 / never)
     assert json.dumps(judged)
     same = train_one(name, materials[:2], 3, overrides, {})
     assert all(np.array_equal(same.arrays[key], surrogate.arrays[key]) for key in same.arrays)
@@ -210,6 +215,11 @@ def test_a_data_set_is_made_described_resumed_and_not_mixed(tmp_path, capsys):
     assert json.loads(form.metadata[b"tethernet"])["seed"] == 0
     captures = data_set.read(tmp_path / "d" / "train.parquet")
     assert captures.scenarios == 2
+    flown = make_data.scenarios(4, "train", 0, 0, 2)
+    outcomes, seen = fly_and_look(flown, Settings.load(), stop_at_trigger=False)
+    same = data_set.captures(outcomes, seen, captures.about, QUALITY)
+    for field in dataclasses.fields(data_set.Captures):
+        assert np.array_equal(getattr(same, field.name), getattr(captures, field.name)), field.name
     before = (tmp_path / "d" / "train.parts" / "000000.parquet").stat().st_mtime_ns
     assert make_data.main(words) == 0
     assert (tmp_path / "d" / "train.parts" / "000000.parquet").stat().st_mtime_ns == before
