@@ -29,7 +29,9 @@ class Bench:
 
     def __init__(self, probe, processes, *parameters, mus=8):
         self.probe, self.mus = probe, mus
-        self.process = processes.node("tethernet_planner.assessor_node", f"mu_count:={mus}", *parameters)
+        # The tests leap from one moment of a mission to the next.
+        leap = "longest_gap_s:=100.0"
+        self.process = processes.node("tethernet_planner.assessor_node", f"mu_count:={mus}", leap, *parameters)
         self.found = probe.listen(topics.CAPTURE_ASSESSMENT, CaptureAssessment, STATE_BACKLOG)
         probe.matched(topics.CAPTURE_ASSESSMENT, "assessor")
 

@@ -1,10 +1,12 @@
 """The controller's process: odometry in, thrust out, and what it does when something is wrong."""
 
+import dataclasses
 import math
 
 import pytest
 from geometry_msgs.msg import Point, WrenchStamped
 from nav_msgs.msg import Odometry
+from std_msgs.msg import Header
 
 from tethernet_control.controller import Mode
 from tethernet_control.mission import Mission, abort, arm, launch
@@ -203,6 +205,47 @@ def test_an_abort_stops_the_thrust_at_once(bench):
     b.wait_status(lambda s: s.mode == Mode.OFF and s.mission_sequence == 3, "thrusters off")
     b.probe.wait_for(lambda: answers(b, 9)[1:] == [ZERO], "zero thrust")
     assert force(b.answer(10)) == ZERO
+
+
+def test_without_the_planners_heartbeat_the_thrust_ends_until_it_is_back(bench):
+    b = bench("planner_timeout_s:=0.5").launched()
+    thrusts = [force(b.answer(tick)) for tick in range(20)]
+    assert ZERO not in thrusts[1:10]
+    assert thrusts[-1] == ZERO
+    b.wait_status(lambda s: s.mode == Mode.NO_PLANNER, "watchdog on the planner")
+    assert "no news of the planner for 0.5 s" in b.process.output
+    beat = Header(frame_id=topics.FRAME)
+    set_stamp(beat.stamp, 19 * PERIOD)
+    b.probe.publish(topics.PLANNER_HEARTBEAT, beat, CONTROL, "mu3_controller")
+    for tick in range(20, 29):  # within its patience
+        b.answer(tick)
+        if b.status[-1].mode == Mode.DEPLOYING:
+            break
+    b.wait_status(lambda s: s.mode == Mode.DEPLOYING, "the planner is back")
+
+
+def test_the_abort_of_a_restarted_planner_stops_the_thrust(bench):
+    b = bench().launched()
+    for tick in range(10):
+        b.answer(tick)
+    b.tell(abort(Mission(8, mission_id=77), "stop"))
+    b.wait_status(lambda s: s.mode == Mode.OFF and s.mission_sequence == 1, "thrusters off")
+    assert force(b.answer(10)) == ZERO
+
+
+def test_a_stamp_from_the_future_and_a_far_sequence_change_nothing(bench):
+    b = bench().launched()
+    for tick in range(5):
+        b.answer(tick)
+    b.send(2_000_000_000)
+    forged = dataclasses.replace(b.mission, sequence=2**32 - 1)
+    b.tell(forged)
+    status = b.wait_status(lambda s: s.clock_jumps == 1 and s.refused_states == 1, "both counted")
+    assert (status.rejected_odometry, status.mission_sequence) == (1, 2)
+    assert status.propellant == pytest.approx(0.5 - status.fuel)
+    assert force(b.answer(5)) != ZERO
+    b.tell(abort(b.mission, "asked for"))
+    b.wait_status(lambda s: s.mode == Mode.OFF and s.mission_sequence == 3, "the planner's own states go on")
 
 
 def test_nonsense_about_the_mission_is_not_followed(bench):

@@ -32,7 +32,8 @@ class Bench:
 
     def __init__(self, probe, processes, *parameters):
         self.probe = probe
-        self.process = processes.node("tethernet_planner.planner_node", *parameters)
+        # The tests leap from one moment of a mission to the next.
+        self.process = processes.node("tethernet_planner.planner_node", "longest_gap_s:=100.0", *parameters)
         self.echoing = set(range(1, 9))
         self.states = probe.listen(topics.MISSION_STATE, MissionState, STATE, self._echo)
         self.beats = probe.listen(topics.PLANNER_HEARTBEAT, Header, CONTROL)

@@ -9,7 +9,7 @@ import pytest
 from geometry_msgs.msg import WrenchStamped
 from nav_msgs.msg import Odometry
 from std_msgs.msg import Header
-from visualization_msgs.msg import MarkerArray
+from visualization_msgs.msg import Marker, MarkerArray
 
 from tethernet_control.mission import Mission, arm, launch
 from tethernet_control.ros import qos, topics
@@ -90,6 +90,10 @@ def test_lockstep_flies_on_answers_and_tells_everything(probe, processes):
     assert 0.01 < (measured - true).std() < 0.06, "noise of 3 sigma = 0.1 m"
     probe.wait_for(lambda: len(markers) >= 4, "markers")
     assert {marker.ns for marker in markers[0].markers} >= {"rows", "columns", "mus", "debris", "chaser", "tether"}
+    for marker in markers[0].markers:  # RViz warns of a line's scale.y and scale.z
+        scale = marker.scale.x, marker.scale.y, marker.scale.z
+        is_line = marker.type in {Marker.LINE_LIST, Marker.LINE_STRIP}
+        assert [value > 0.0 for value in scale] == [True, not is_line, not is_line], marker.ns
 
 
 def test_bad_commands_are_counted_and_never_fly(probe, processes):

@@ -91,3 +91,17 @@ def test_the_designs_differ_in_their_mus():
     assert len(mission_topics(8)) - len(mission_topics(4)) == 12
     with pytest.raises(ValueError, match="allowed: 4"):
         mission_topics(5)
+
+
+@pytest.mark.parametrize("clock", [True, False])
+def test_one_stamp_from_the_future_does_not_move_the_missions_time(clock):
+    line = Timeline()
+    for tick in range(100):
+        line.tell(tick * 50_000_000, clock=clock)
+        if tick == 50:
+            line.tell(10**18, clock=clock)
+            assert line.now == tick * 50_000_000
+    assert line.now == 99 * 50_000_000
+    for tick in range(60):
+        line.tell(WALL_NS + tick * 50_000_000, clock=clock)
+    assert line.now == WALL_NS + 59 * 50_000_000, "a clock that was really set anew is followed"

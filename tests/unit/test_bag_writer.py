@@ -163,8 +163,56 @@ def test_unknown_types_are_named(name):
         installed_type(name)
 
 
+def test_metadata_is_in_block_style(bag):
+    """Some tools read metadata.yaml line by line, as rosbag2 writes it."""
+    lines = (bag / "metadata.yaml").read_text().splitlines()
+    for line in (
+        "  starting_time:",
+        "    nanoseconds_since_epoch: 0",
+        "    - topic_metadata:",
+        "        name: /clock",
+        "        type: rosgraph_msgs/msg/Clock",
+        "        offered_qos_profiles:",
+        "          - history: keep_last",
+        "            deadline:",
+        "              sec: 9223372036",
+        "  relative_file_paths:",
+        "    - bag_0.mcap",
+    ):
+        assert line in lines
+    assert not any(set("[{") & set(line.partition('"')[0]) for line in lines)
+
+
+@pytest.mark.parametrize(
+    ("given", "expected"),
+    [
+        ("", []),
+        ("[{history: 3, depth: 0}]", [{"history": 3, "depth": 0}]),
+        ("- history: 3\n  depth: 0\n", [{"history": 3, "depth": 0}]),
+        ("}{", []),
+        ("a: &a [1]\nb: *a", []),
+        ("- 1", []),
+    ],
+)
+def test_profiles_of_other_recorders_cannot_break_it(tmp_path, given, expected):
+    kind = installed_type("std_msgs/msg/String").message_type
+    BagWriter(tmp_path / "bag", [BagTopic("/text", kind, given)], run_info={}).close()
+    content = yaml.safe_load((tmp_path / "bag" / "metadata.yaml").read_text())["rosbag2_bagfile_information"]
+    assert content["topics_with_message_count"][0]["topic_metadata"]["offered_qos_profiles"] == expected
+
+
+def test_names_in_another_encoding_are_shown(tmp_path):
+    """A folder's name may hold bytes that are no UTF-8."""
+    folder = tmp_path / os.fsdecode(b"caf\xe9")
+    BagWriter(folder, [text_topic()], run_info=as_texts({"output": str(folder)})).close()
+    content = yaml.safe_load((folder / "metadata.yaml").read_text(encoding="utf-8"))["rosbag2_bagfile_information"]
+    assert content["custom_data"]["output"].endswith(r"caf\xe9")
+
+
 def test_odd_texts_survive(tmp_path):
-    facts = as_texts({"quote": 'a "b": {c}\n\t- d', "letters": "äß漢😀", "number": 1.5, "list": [1, None]})
+    breaks = "a\x85b\u2028c\u2029d\x7fe"
+    odd = {"breaks": breaks, "quote": 'a "b": {c}\n\t- d', "letters": "äß漢😀"}
+    facts = as_texts({**odd, "number": 1.5, "list": [1, None]})
     writer = BagWriter(tmp_path / "bag", [text_topic()], run_info=facts)
     writer.close()
     content = yaml.safe_load((tmp_path / "bag" / "metadata.yaml").read_text(encoding="utf-8"))

@@ -8,9 +8,11 @@ import pytest
 from tethernet_control import law
 from tethernet_control.controller import Mode, MuController
 from tethernet_control.mission import Mission, Phase, abort, advance, arm, launch
+from tethernet_control.parameters import load
 from tethernet_control.settings import ControlParameters, MissionParameters, paper
 
-CONTROL, RULES = paper(ControlParameters), paper(MissionParameters)
+# An MU that is held where it is, as in most of these tests, burns more than it has on board.
+CONTROL, RULES = dataclasses.replace(paper(ControlParameters), propellant_kg=10.0), paper(MissionParameters)
 RELEASING = dataclasses.replace(RULES, release_docked=True)
 PERIOD = CONTROL.period_ns
 DEBRIS = (0.0, 0.0, -50.0)
@@ -36,6 +38,7 @@ def controller(mission=None, aim=(12.0, 12.0, -50.0)):
 
 def fly(made, ticks, position=START, velocity=STILL):
     for tick in ticks:
+        made.on_heartbeat(tick * PERIOD)
         thrust = made.on_odometry(tick * PERIOD, position, velocity)
     return thrust
 
@@ -106,8 +109,8 @@ def test_lost_odometry_zeroes_thrust_until_it_comes_back():
     fly(made, [40])
     assert made.mode == Mode.DEPLOYING
     assert made.account.deadline_misses == 20
-    # The last command acted until the watchdogs let go of it, five periods later.
-    assert made.account.fuel_kg - before == pytest.approx(law.fuel_used(held, 0.25, 60.0, 9.81))
+    # The last command acted until the first tick at which it was more than five periods old: for six.
+    assert made.account.fuel_kg - before == pytest.approx(law.fuel_used(held, 0.3, 60.0, 9.81))
 
 
 def test_a_halted_lock_step_does_not_change_the_account():
@@ -223,3 +226,150 @@ def test_new_closing_points_hold_from_their_time_on():
     for one in (made, other):
         fly(one, [600])
     assert made.desired[0] < other.desired[0] - 10.0
+
+
+# What ends a flight without a planner
+
+
+def heard_last(made, tick, until):
+    """Odometry goes on, the planner does not: thrusts and modes, tick by tick."""
+    return [(made.on_odometry(t * PERIOD, START, STILL), made.mode) for t in range(tick + 1, until)]
+
+
+def test_without_news_of_the_planner_the_thrust_ends_until_it_is_back():
+    made = controller(launched())
+    assert fly(made, range(50)) != STILL
+    patience = round(CONTROL.planner_timeout_s / CONTROL.control_period_s) - 1  # the last heartbeat came in tick 48
+    said = heard_last(made, 49, 50 + 2 * patience)
+    assert all(thrust != STILL and mode == Mode.DEPLOYING for thrust, mode in said[:patience])
+    assert all(thrust == STILL and mode == Mode.NO_PLANNER for thrust, mode in said[patience:])
+    fuel = made.account.fuel_kg
+    back = 50 + 2 * patience
+    assert fly(made, range(back, back + CONTROL.clock_recovery_samples)) != STILL
+    assert made.mode == Mode.DEPLOYING
+    assert made.account.fuel_kg == fuel
+
+
+def test_a_lock_step_that_halts_does_not_lose_the_planner():
+    """The watchdog goes by the stamps: however long nothing at all happens, no time passes."""
+    made = controller(launched())
+    fly(made, range(50))
+    made.odometry_lost()
+    assert made.on_odometry(50 * PERIOD, START, STILL) != STILL
+    assert made.mode == Mode.DEPLOYING
+
+
+def test_a_heartbeat_from_the_future_keeps_nobody_flying():
+    made = controller(launched())
+    fly(made, range(50))
+    for tick in range(50, 400):
+        made.on_heartbeat(10**18)
+        made.on_odometry(tick * PERIOD, START, STILL)
+    assert made.mode == Mode.NO_PLANNER
+
+
+def test_ten_minutes_without_a_planner_take_five_seconds_of_propellant():
+    made = controller(launched())
+    made.on_odometry(0, START, STILL)
+    for tick in range(1, 12001):
+        made.on_odometry(tick * PERIOD, (-10.0, -10.0, -50.0), STILL)
+    assert made.account.fuel_kg < law.fuel_used((5.1, 5.1, 5.1), CONTROL.planner_timeout_s + 0.1, 60.0, 9.81)
+    assert made.mode == Mode.OFF
+
+
+def test_the_longest_flight_ends_the_thrust_whatever_the_planner_says():
+    made = controller(launched())
+    last = round(CONTROL.longest_flight_s / CONTROL.control_period_s)
+    fly(made, range(0, last, 50))
+    assert fly(made, [last - 1]) != STILL
+    assert fly(made, [last]) == STILL
+    assert made.mode == Mode.OFF
+
+
+def test_the_propellant_is_a_budget():
+    little = dataclasses.replace(CONTROL, propellant_kg=0.01)
+    made = MuController(4, little)
+    made.take_mission(launched())
+    made.aim((12.0, 12.0, -50.0), "nominal")
+    fly(made, range(400))
+    assert made.mode == Mode.EMPTY
+    assert made.propellant_kg == 0.0
+    assert 0.01 <= made.account.fuel_kg <= 0.01 + law.fuel_used((5.1, 5.1, 5.1), 0.05, 60.0, 9.81)
+
+
+def test_every_abort_is_obeyed_in_flight():
+    """Also that of a planner that was started anew and counts from the beginning."""
+    made = controller(launched())
+    fly(made, range(10))
+    assert made.take_mission(abort(Mission(8, mission_id=77), "stop"))
+    assert made.mode == Mode.OFF
+    assert fly(made, [10]) == STILL
+    ongoing = dataclasses.replace(launched(), sequence=3)
+    assert not made.take_mission(ongoing), "the mission that was aborted is over"
+    assert fly(made, [11]) == STILL
+
+
+def test_a_mission_of_a_new_planner_begins_with_an_aiming_point_of_its_own():
+    made = controller(launched())
+    fly(made, range(10))
+    made.take_mission(abort(launched(), "asked for"))
+    assert made.take_mission(arm(Mission(8, mission_id=77), DEBRIS, "nominal"))
+    assert made.aiming_point is None
+    made.take_mission(launch(arm(Mission(8, mission_id=77), DEBRIS, "nominal"), 20 * PERIOD))
+    made.aim((5.0, 5.0, -50.0), "nominal")
+    assert fly(made, [20, 21]) != STILL
+    assert made.mode == Mode.DEPLOYING
+
+
+# Stamps that cannot be
+
+
+def test_one_stamp_from_the_future_is_dropped_and_nothing_else_happens():
+    made, other = controller(launched()), controller(launched())
+    for one in (made, other):
+        fly(one, range(100))
+    assert made.on_odometry(10**18, START, STILL) is None
+    assert "off the last one" in made.dropped_because
+    assert [fly(made, [k]) for k in range(100, 110)] == [fly(other, [k]) for k in range(100, 110)]
+    assert (made.account.clock_jumps, made.account.rejected_odometry, made.account.deadline_misses) == (1, 1, 0)
+
+
+@pytest.mark.parametrize("offset_ns", [-4_000_000_000, 4_000_000_000])
+def test_a_clock_that_was_set_anew_is_followed_after_some_samples(offset_ns):
+    """One step back or forward by seconds: the flight goes on by the new clock."""
+    made = controller(launched())
+    fly(made, range(200))
+    for tick in range(200, 210):
+        made.on_odometry(tick * PERIOD + offset_ns, START, STILL)
+        made.on_heartbeat(tick * PERIOD + offset_ns)
+    assert made.stamp_ns == 209 * PERIOD + offset_ns
+    assert made.mode == Mode.DEPLOYING
+    assert made.account.clock_resets == (offset_ns < 0)
+
+
+@pytest.mark.parametrize("offset_ns", [-(10**15), 10**18])
+def test_a_clock_that_has_nothing_to_do_with_the_missions_gets_no_thrust(offset_ns):
+    made = controller(launched())
+    fly(made, range(200))
+    answers = [made.on_odometry(tick * PERIOD + offset_ns, START, STILL) for tick in range(200, 210)]
+    assert answers == [None] * (CONTROL.clock_recovery_samples - 1) + [STILL] * (11 - CONTROL.clock_recovery_samples)
+    assert made.account.deadline_misses == 0
+
+
+def test_positions_nobody_can_be_at_are_dropped():
+    made = controller(launched())
+    fly(made, range(5))
+    assert made.on_odometry(5 * PERIOD, (1e7, 0.0, 0.0), STILL) is None
+    assert made.on_odometry(5 * PERIOD, START, (0.0, -1e300, 0.0)) is None
+    assert fly(made, [5]) is not None
+
+
+def test_the_tracking_error_is_the_estimates():
+    made = MuController(4, load(ControlParameters))
+    made.take_mission(launched())
+    made.aim((12.0, 12.0, -50.0), "nominal")
+    for tick in range(40):
+        sample = (START[0] + 0.05 * (-1) ** tick, *START[1:])
+        made.on_odometry(tick * PERIOD, sample, STILL)
+    assert made.account.tracking_error_m == pytest.approx(math.dist(made.desired, made._state[:3]), rel=1e-12)
+    assert made.account.tracking_error_m != pytest.approx(math.dist(made.desired, sample), abs=0.01)

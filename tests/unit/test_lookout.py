@@ -53,3 +53,14 @@ def test_nothing_is_told_where_too_little_is_known():
     assert made.look() is None
     assert lookout(4).look() is None, "winches close the net"
     assert not design(4).closes_by_docking
+
+
+def test_a_status_from_the_future_does_not_hide_that_its_controller_dies():
+    made = lookout()
+    for mu in range(1, 9):
+        made.saw_status(mu, 17 * SECOND)
+    made.saw_status(4, 10**18)
+    made.saw_status(200, 17 * SECOND)
+    for mu in (1, 2, 3, 5, 6, 7, 8):
+        made.saw_status(mu, 20 * SECOND)
+    assert made.dead() == {4}

@@ -189,3 +189,17 @@ def test_launch_is_after_the_newest_measurement():
     h.sequencer.start(DEBRIS, "nominal")
     h.echo()
     assert h.sequencer.mission.launch_ns == 163 * PERIOD
+
+
+def test_a_clock_that_is_set_back_sets_back_the_launch():
+    h = Harness()
+    h.sequencer.saw_time(10**18)
+    h.sequencer.saw_time(3 * PERIOD)
+    h.sequencer.saw_time(2 * PERIOD)
+    assert h.sequencer.stamp_ns == 3 * PERIOD, "out of order is not set back"
+
+
+def test_every_state_carries_the_planners_identity():
+    sequencer = MissionSequencer(8, RULES, CONTROL, lambda *_: None, lambda _: None, mission_id=42)
+    sequencer.start(DEBRIS, "nominal")
+    assert sequencer.mission.mission_id == 42

@@ -1,13 +1,16 @@
 """What the MUs' odometry tells where nothing measures the net."""
 
+from tethernet_control.parameters import load
+from tethernet_control.settings import ControlParameters
 from tethernet_planner.swarm import DockedPairs, SwarmCentroid
 
 MS = 1_000_000
-PERIOD = 50 * MS
+CONTROL = load(ControlParameters)
+PERIOD = CONTROL.period_ns
 
 
 def test_a_tick_is_complete_when_every_mu_has_given_a_newer_sample():
-    swarm = SwarmCentroid(4, 250 * MS)
+    swarm = SwarmCentroid(4, CONTROL)
     assert swarm.missing == {1, 2, 3, 4}
     for mu in (1, 2, 3):
         assert swarm.update(mu, (100 + mu) * MS, (float(mu), 0.0, 0.0)) is None
@@ -20,14 +23,14 @@ def test_a_tick_is_complete_when_every_mu_has_given_a_newer_sample():
 
 
 def test_samples_out_of_order_are_ignored():
-    swarm = SwarmCentroid(4, 250 * MS)
+    swarm = SwarmCentroid(4, CONTROL)
     swarm.update(1, 100 * MS, (1.0, 0.0, 0.0))
     assert swarm.update(1, 50 * MS, (9.0, 0.0, 0.0)) is None
     assert swarm.positions[1] == (1.0, 0.0, 0.0)
 
 
 def test_an_mu_that_falls_silent_is_left_out():
-    swarm = SwarmCentroid(4, 250 * MS)
+    swarm = SwarmCentroid(4, CONTROL)
     ticks = []
     for sample in range(20):
         for mu in (1, 2, 3, 4):
@@ -55,7 +58,7 @@ def test_winches_pairs_cannot_be_seen_from_the_mus():
 
 
 def test_those_in_step_with_the_ticks_are_waited_for_until_they_are_silent():
-    swarm = SwarmCentroid(8, 5 * PERIOD)
+    swarm = SwarmCentroid(8, CONTROL)
     assert swarm.awaited(0, PERIOD) == set(), "nobody knows of them"
     for mu in (1, 2, 3):
         swarm.update(mu, 10 * PERIOD, (0.0, 0.0, 0.0))
@@ -66,3 +69,56 @@ def test_those_in_step_with_the_ticks_are_waited_for_until_they_are_silent():
     assert swarm.awaited(11 * PERIOD, PERIOD) == {2, 3}
     assert swarm.awaited(15 * PERIOD, PERIOD) == {1, 2, 3}
     assert swarm.awaited(16 * PERIOD, PERIOD) == {1}, "MU 2 and MU 3 have fallen silent"
+
+
+class Swarm:
+    """Eight MUs in step, and what is dropped of them."""
+
+    def __init__(self):
+        self.dropped = []
+        self.swarm = SwarmCentroid(8, CONTROL, lambda what, why: self.dropped.append((what, why)))
+
+    def tick(self, number, **stamps):
+        """One sample of each MU; a stamp of its own for some of them; returns the ticks that were completed."""
+        taken = [
+            self.swarm.update(mu, stamps.get(f"mu{mu}", number * PERIOD), (float(mu), 0.0, 0.0)) for mu in range(1, 9)
+        ]
+        return [tick.stamp_ns for tick in taken if tick is not None]
+
+
+def test_one_stamp_from_the_future_moves_nobodys_time():
+    made = Swarm()
+    assert [made.tick(k) for k in range(20)] == [[k * PERIOD] for k in range(20)]
+    assert made.tick(20, mu3=10**18) == []
+    assert made.swarm.newest_ns == 20 * PERIOD
+    assert [what for what, _ in made.dropped] == ["odometry of MU 3"]
+    assert made.tick(21) == [21 * PERIOD]
+    assert made.swarm.behind == {}
+
+
+def test_a_wild_first_stamp_is_overcome():
+    made = Swarm()
+    made.tick(0, mu3=10**18)
+    for k in range(1, 10):
+        made.tick(k)
+    assert made.swarm.behind == {}
+    assert made.tick(10) == [10 * PERIOD]
+
+
+def test_an_mu_with_another_clock_is_left_out_and_the_others_fly_on():
+    made = Swarm()
+    for k in range(20):
+        made.tick(k)
+    ticks = [made.tick(k, mu3=10**18 + k * PERIOD) for k in range(20, 40)]
+    assert ticks[-1] == [39 * PERIOD]
+    assert set(made.swarm.behind) == {3}
+    assert made.swarm.behind[3] < 0
+
+
+def test_all_clocks_set_anew_are_followed():
+    made = Swarm()
+    for k in range(1000, 1020):
+        made.tick(k)
+    ticks = [made.tick(k) for k in range(20)]
+    assert ticks[-1] == [19 * PERIOD]
+    assert made.swarm.behind == {}

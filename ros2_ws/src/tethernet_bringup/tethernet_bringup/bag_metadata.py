@@ -1,14 +1,19 @@
 """What rosbag2 wants to know about a bag: metadata.yaml and the quality of service of each topic, as Jazzy writes them.
 
-The text is put together by hand, because a provisional metadata.yaml is written twice a second beside a flying
-mission: a YAML library takes 100 times as long. All strings are JSON strings, which are YAML strings too.
+The text is in block style, as rosbag2 writes it, because not every tool reads any other. It is put together by hand,
+because a provisional metadata.yaml is written twice a second beside a flying mission: a YAML library takes 100 times as
+long. Strings that are not plain words are JSON strings, which are YAML strings too.
 """
 
 from __future__ import annotations
 
+import functools
 import json
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+
+METADATA_FILE = "metadata.yaml"
 
 VERSION = 9
 """Version of the layout: that of ROS 2 Jazzy."""
@@ -18,7 +23,11 @@ DISTRIBUTION = "jazzy"
 DEFAULT_DEPTH = 10
 
 # RMW_DURATION_INFINITE, in the words of rosbag2
-_FOREVER = "sec: 9223372036, nsec: 854775807"
+_FOREVER = {"sec": 9223372036, "nsec": 854775807}
+_PLAIN = re.compile(r"[A-Za-z_/][\w/.-]*", re.ASCII)  # text that YAML takes for itself
+_BREAKS = re.compile("[\x7f-\x9f\u2028\u2029\ufeff\ufffe\uffff]")  # what else YAML may take for the end of a line
+_LONGEST_PROFILES = 100_000
+_NO_TEXT = {"true", "false", "yes", "no", "on", "off", "null", "y", "n"}  # but not these
 
 
 @dataclass(frozen=True)
@@ -52,12 +61,18 @@ def qos_profiles(*, latched: bool, depth: int = DEFAULT_DEPTH) -> str:
         latched: whether a late joiner gets the newest samples; ``ros2 bag play`` then latches the topic as well.
         depth: samples that a publisher keeps.
     """
-    durability = "transient_local" if latched else "volatile"
-    return (
-        f"[{{history: keep_last, depth: {depth}, reliability: reliable, durability: {durability}, "
-        f"deadline: {{{_FOREVER}}}, lifespan: {{{_FOREVER}}}, liveliness: automatic, "
-        f"liveliness_lease_duration: {{{_FOREVER}}}, avoid_ros_namespace_conventions: false}}]"
-    )
+    profile = {
+        "history": "keep_last",
+        "depth": depth,
+        "reliability": "reliable",
+        "durability": "transient_local" if latched else "volatile",
+        "deadline": _FOREVER,
+        "lifespan": _FOREVER,
+        "liveliness": "automatic",
+        "liveliness_lease_duration": _FOREVER,
+        "avoid_ros_namespace_conventions": False,
+    }
+    return "\n".join(_block([profile]))
 
 
 def metadata_yaml(
@@ -97,43 +112,79 @@ def serialized_metadata(
 
 
 def _information(topics, counts, file_name, start_ns, end_ns, custom_data) -> str:
-    total, duration, name = sum(counts), end_ns - start_ns, _text(file_name)
-    span = f"starting_time: {{nanoseconds_since_epoch: {start_ns}}}"
-    lines = [
-        f"version: {VERSION}",
-        "storage_identifier: mcap",
-        f"duration: {{nanoseconds: {duration}}}",
-        span,
-        f"message_count: {total}",
-        "topics_with_message_count:" if topics else "topics_with_message_count: []",
-    ]
+    total, name = sum(counts), _scalar(file_name)
+    start = ("starting_time:", f"  nanoseconds_since_epoch: {start_ns}")
+    duration = ("duration:", f"  nanoseconds: {end_ns - start_ns}")
+    lines = [f"version: {VERSION}", "storage_identifier: mcap", *duration, *start, f"message_count: {total}"]
+    lines.append("topics_with_message_count:" if topics else "topics_with_message_count: []")
     for topic, count in zip(topics, counts, strict=True):
-        lines += (
-            "  - topic_metadata:",
-            f"      name: {_text(topic.name)}",
-            f"      type: {_text(topic.message_type.name)}",
-            "      serialization_format: cdr",
-            f"      offered_qos_profiles: {topic.qos or '[]'}",
-            f"      type_description_hash: {_text(topic.message_type.type_hash)}",
-            f"    message_count: {count}",
-        )
-    lines += (
-        'compression_format: ""',
-        'compression_mode: ""',
-        f"relative_file_paths: [{name}]",
-        "files:",
-        f"  - path: {name}",
-        f"    {span}",
-        f"    duration: {{nanoseconds: {duration}}}",
-        f"    message_count: {total}",
-        f"custom_data: {_text(dict(custom_data)) if custom_data else '~'}",
-        f"ros_distro: {DISTRIBUTION}",
-    )
+        lines.append(_topic_head(topic))
+        lines.append(f"    message_count: {count}")
+    lines += ('compression_format: ""', 'compression_mode: ""', "relative_file_paths:", f"  - {name}")
+    lines += ("files:", f"  - path: {name}", *(f"    {line}" for line in start + duration))
+    lines += (f"    message_count: {total}", "custom_data:" if custom_data else "custom_data: ~")
+    lines += (f"  {_scalar(key)}: {_scalar(value)}" for key, value in custom_data.items())
+    lines.append(f"ros_distro: {DISTRIBUTION}")
     return "\n".join(lines) + "\n"
 
 
-def _text(value: str | dict[str, str]) -> str:
-    return json.dumps(value, ensure_ascii=False)  # YAML knows no pairs of surrogates
+@functools.lru_cache(maxsize=1000)
+def _topic_head(topic: BagTopic) -> str:
+    profiles = _profiles(topic.qos)
+    lines = [
+        "  - topic_metadata:",
+        f"      name: {_scalar(topic.name)}",
+        f"      type: {_scalar(topic.message_type.name)}",
+        "      serialization_format: cdr",
+        "      offered_qos_profiles:" if profiles else "      offered_qos_profiles: []",
+        *(f"        {line}" for line in _block(profiles)),
+        f"      type_description_hash: {_scalar(topic.message_type.type_hash)}",
+    ]
+    return "\n".join(lines)
+
+
+def _profiles(text: str) -> list:
+    """Profiles as another recorder wrote them; none where they are no list of profiles."""
+    if not text or len(text) > _LONGEST_PROFILES or set("&*") & set(text):  # aliases can stand for gigabytes
+        return []
+    import yaml  # only for the topics of a bag, once
+
+    try:
+        profiles = yaml.load(text, getattr(yaml, "CSafeLoader", yaml.SafeLoader))
+    except (yaml.YAMLError, ValueError, RecursionError):
+        return []
+    is_list = isinstance(profiles, list) and all(isinstance(profile, dict) for profile in profiles)
+    return profiles if is_list else []
+
+
+def _block(value: object) -> list[str]:
+    """Lists and mappings as lines in YAML's block style."""
+    lines: list[str] = []
+    if isinstance(value, list):
+        for item in value:
+            first, *rest = _block(item)
+            lines += (f"- {first}", *(f"  {line}" for line in rest))
+    elif isinstance(value, dict):
+        for key, item in value.items():
+            if item and isinstance(item, list | dict):
+                lines += (f"{_scalar(key)}:", *(f"  {line}" for line in _block(item)))
+            else:
+                lines.append(f"{_scalar(key)}: {_scalar(item)}")
+    else:
+        lines.append(_scalar(value))
+    return lines
+
+
+def _scalar(value: object) -> str:
+    if isinstance(value, str) and _PLAIN.fullmatch(value) and value.lower() not in _NO_TEXT:
+        return value
+    text = json.dumps(value, ensure_ascii=False, default=str)  # YAML knows no pairs of surrogates
+    return _BREAKS.sub(lambda found: f"\\u{ord(found[0]):04x}", printable(text))
+
+
+def printable(text: str) -> str:
+    """A text that UTF-8 can hold: bytes of another encoding, as file names may have, become escapes."""
+    return text.encode("utf-8", "surrogateescape").decode("utf-8", "backslashreplace")
 
 
 def _indented(text: str) -> str:
@@ -142,4 +193,5 @@ def _indented(text: str) -> str:
 
 def as_texts(facts: Mapping[str, object]) -> dict[str, str]:
     """Facts as the texts that custom_data and MCAP metadata hold: texts as they are, anything else as JSON."""
-    return {str(key): value if isinstance(value, str) else json.dumps(value) for key, value in facts.items()}
+    texts = {str(key): value if isinstance(value, str) else json.dumps(value) for key, value in facts.items()}
+    return {printable(key): printable(value) for key, value in texts.items()}

@@ -23,10 +23,9 @@ from pathlib import Path
 from tethernet_control.atomic_file import write_text
 
 from .bag_errors import BagWriteError, cause
-from .bag_metadata import BagTopic, metadata_yaml, serialized_metadata
+from .bag_metadata import METADATA_FILE, BagTopic, metadata_yaml, serialized_metadata
 from .mcap_writer import McapWriter
 
-METADATA_FILE = "metadata.yaml"
 RUN_INFO_RECORD = "tethernet"
 """Name of the MCAP metadata record with the facts about the run."""
 RESERVE_BYTES = 4 << 20  # a chunk that does not compress, the index of hours, metadata.yaml
@@ -92,6 +91,11 @@ class BagWriter:
     def size(self) -> int:
         """Size of the MCAP file [B]."""
         return self._mcap.size
+
+    @property
+    def checksum(self) -> int:
+        """CRC-32 of the MCAP file."""
+        return self._mcap.checksum
 
     @property
     def span_ns(self) -> tuple[int, int]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 if __name__ == "__main__":
-    from tethernet_control.command import command_start
+    from tethernet_control.quiet_start import command_start
 
     command_start()
 
@@ -102,6 +102,7 @@ def _fly(
     from .flight import Flight, FlightPlan
     from .graph import exclusive_topics
     from .processes import mission_processes
+    from .recording import sign_of_life
     from .supervisor import Supervisor, mission_environment
 
     setup = setup.recorded_in(folder.bag, folder.run_info)
@@ -128,6 +129,7 @@ def _fly(
         parameters=setup.patience,
         longest_s=setup.longest_s,
         protected=protected,
+        ask_recorder=sign_of_life(folder.path),
     )
     with Supervisor(folder.logs, environment, setup.supervisor) as supervisor:
         flight = Flight(plan, supervisor, interrupts, record, display, began)
@@ -148,13 +150,13 @@ def stale_cards(setup: MissionSetup) -> list[str]:
 
 def _report(record: FlightRecord, folder: RunFolder, display: Display) -> ExitStatus:
     """Write and say how the mission went, whatever that was."""
-    from .recording import complaints, count_messages
+    from .recording import complaints, count_messages, faults
 
     try:
         record.messages = count_messages(folder.bag)
         if record.launched and not record.faults:
-            if not record.messages:
-                record.faults.append(f"nothing was recorded under {folder.bag}")
+            found = faults(folder.path, folder.bag)
+            (record.warnings if record.interrupted_by else record.faults).extend(found)
             record.warnings += complaints(folder.path)
         build(record)
     except Exception as error:

@@ -25,7 +25,7 @@ from .supervisor_settings import SupervisorParameters
 
 if TYPE_CHECKING:
     from .monitor_node import Monitor
-    from .pulse import Pulse
+    from .pulse import Answer, Pulse
 
 _SPIN_S = 0.05
 _SETTLE_S = 1.0
@@ -57,6 +57,8 @@ class FlightPlan:
     """From launch to the end of the longest mission that the rules allow [s]."""
     protected: bool = True
     """Whether the middleware keeps what strangers publish from the nodes, see :mod:`tethernet_bringup.dds_profile`."""
+    ask_recorder: Callable[[], Answer | None] | None = None
+    """Asks the recorder, which answers no services while it writes, for a sign of life."""
 
 
 def _join_graph(record: FlightRecord) -> Monitor:
@@ -190,6 +192,8 @@ class Flight:
             raise MissionFaultError(self._crowded(f"{topic} has {len(names)} publishers ({who})"))
         answering = [node.name for node in plan.processes if node.name != RECORDER]
         self._pulse = monitor.watch_pulse(answering, plan.parameters.hang_timeout_s)
+        if plan.ask_recorder is not None:
+            self._pulse.watch(RECORDER, plan.ask_recorder)
         self._supervisor.note_shared_memory()
 
     def _compiling(self) -> bool:

@@ -40,6 +40,7 @@ def expected(mu_count: int, external: Iterable[int], simulated: bool) -> list[En
     }
     subscribers: dict[str, list[str]] = {
         topics.MISSION_STATE: [ASSESSOR, *(controller(mu) for mu in mus)],
+        topics.PLANNER_HEARTBEAT: [controller(mu) for mu in mus],
     }
     for mu in mus:
         publishers[topics.mu_thrust(mu)] = [controller(mu)]
@@ -65,7 +66,7 @@ def expected(mu_count: int, external: Iterable[int], simulated: bool) -> list[En
         for mu in external:
             subscribers[topics.mu_odometry(mu)].append(SIM)
         subscribers[topics.MISSION_STATE].append(SIM)
-        subscribers[topics.PLANNER_HEARTBEAT] = [SIM]
+        subscribers[topics.PLANNER_HEARTBEAT].append(SIM)
         subscribers[topics.DEBRIS_ODOMETRY] = [PLANNER, ASSESSOR]
         subscribers[topics.NET_STATE] = [PLANNER, ASSESSOR]
     for topic in publishers:

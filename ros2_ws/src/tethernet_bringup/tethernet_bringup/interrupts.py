@@ -5,7 +5,8 @@ from __future__ import annotations
 import os
 import signal
 
-from tethernet_control.command import INTERRUPTED, TERMINATED, unblock_signals
+from tethernet_control.command import INTERRUPTED, TERMINATED
+from tethernet_control.quiet_start import unblock_signals
 
 _SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 

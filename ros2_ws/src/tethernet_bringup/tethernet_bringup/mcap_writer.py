@@ -97,6 +97,11 @@ class McapWriter:
         """Size of the file [B]."""
         return self._end
 
+    @property
+    def checksum(self) -> int:
+        """CRC-32 of the file."""
+        return self._checksum
+
     def add_schema(self, name: str, encoding: str, data: bytes) -> int:
         """Add a message type; returns its id."""
         schema = Schema(id=len(self._schemas) + 1, name=name, encoding=encoding, data=data)

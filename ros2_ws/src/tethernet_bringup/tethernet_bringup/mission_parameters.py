@@ -119,6 +119,7 @@ def resolve(options: argparse.Namespace) -> MissionSetup:
     built = {node: _build(node, kinds, values[node], sources) for node, kinds in classes.items()}
     _check_shared(values)
     _check_recording(values[RECORDER]["extra_topics"], mu_count, sources)
+    _check_flight_time(built, sources)
     models = _check_models(values, mu_count, sources)
     scenario = next(instance for instance in built[SIM] if isinstance(instance, ScenarioParameters))
     rules = next(instance for instance in built[PLANNER] if isinstance(instance, MissionParameters))
@@ -324,6 +325,20 @@ def _check_shared(values: Values) -> None:
                 f"{key} is {told[first]} for {first} and {told[other]} for {other}; "
                 f"allowed: one value for all, give it under {ALL_NODES}"
             )
+
+
+def _check_flight_time(built: Mapping[str, list[Any]], sources: Mapping[tuple[str, str], str]) -> None:
+    """A controller must not end a flight that the mission's rules allow."""
+    rules = next(instance for instance in built[PLANNER] if isinstance(instance, MissionParameters))
+    needed_s = rules.give_up_s + rules.capture_duration_s
+    for node, instances in built.items():
+        for control in instances:
+            if isinstance(control, ControlParameters) and mu_of(node) and control.longest_flight_s <= needed_s:
+                source = sources.get((node, "longest_flight_s"), f"{node}: ")
+                raise MissionParametersError(
+                    f"{source}longest_flight_s = {control.longest_flight_s:g} s; "
+                    f"allowed: more than give_up_s and capture_duration_s together, {needed_s:g} s"
+                )
 
 
 def _plain(value: Any) -> Any:

@@ -36,6 +36,16 @@ class Pulse:
         self.hung: set[str] = set()
         """Nodes that hang now."""
 
+    def watch(self, node: str, ask: Callable[[], Answer | None]) -> None:
+        """Watch one more.
+
+        Args:
+            node: its name.
+            ask: likewise.
+        """
+        self._ask[node] = ask
+        self._asked_s[node], self._silent_s[node] = -_ASK_PERIOD_S, 0.0
+
     def forget(self, node: str) -> None:
         """This node has ended: nothing is expected of it any more."""
         self._ask.pop(node, None)

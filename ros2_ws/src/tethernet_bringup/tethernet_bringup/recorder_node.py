@@ -54,11 +54,12 @@ from .nodes import RECORDER
 from .publication_count import PublicationCount
 from .recorded_topics import RecordedTopic, wanted_topics
 from .recorder_settings import RecorderParameters
+from .recording import COMPLETE, FAULTY, RECORDING, REPORT_FILE
 from .timeline import StampReader, Timeline
 
-REPORT_FILE = "recorder.json"
 _MOST_AT_ONCE = 2000  # messages of one topic before the others get their turn
 _MOST_EARLY = 10_000  # messages held back until the mission has a time
+_SIGN_OF_LIFE_S = 1.0  # wall time between two reports, by which the command sees that the recorder goes on
 _SEQUENCE_MASK = 0xFFFFFFFF  # MCAP counts in 32 bits
 
 
@@ -136,7 +137,7 @@ class Recorder(Node):
             )
             source.take = subscription.handle.take_message
             self._unheard.append(subscription)
-        self._write_report("recording")
+        self._write_report(RECORDING)
         self.get_logger().info(f"recording {len(self._sources)} topics to {self._bag.folder}")
 
     def note_publishers(self) -> None:
@@ -171,6 +172,14 @@ class Recorder(Node):
         """
         self._bag.flush()
 
+    def give_sign_of_life(self) -> None:
+        """Renew the report.
+
+        Raises:
+            BagWriteError: when it cannot be written.
+        """
+        self._write_report(RECORDING)
+
     def close(self, fault: str = "") -> str:
         """Finish the bag and the report.
 
@@ -189,7 +198,7 @@ class Recorder(Node):
         if pending:
             fault = f"{fault}; {pending} messages could not be written"
         try:
-            self._write_report("fault" if fault else "complete", fault)
+            self._write_report(FAULTY if fault else COMPLETE, fault)
         except BagWriteError as error:
             fault = fault or str(error)
         lost = sum(source.published.lost for source in self._sources)
@@ -233,6 +242,7 @@ class Recorder(Node):
             "start_time_ns": start,
             "end_time_ns": end,
             "bytes": self._bag.size,
+            "crc32": self._bag.checksum,
         }
         path = self._bag.folder.parent / REPORT_FILE
         try:
@@ -281,11 +291,11 @@ def _record(recorder: Recorder, signals: list[int]) -> None:
         BagWriteError: when the bag cannot be written any further.
     """
     settings = recorder.settings
-    answers = (
-        SingleThreadedExecutor()
-    )  # the only one that respects callback groups; it has nothing to do but parameters
+    # The only executor that respects callback groups; it has nothing to do but parameters.
+    answers = SingleThreadedExecutor()
     answers.add_node(recorder)
     next_flush = time.monotonic() + settings.flush_period_s
+    next_sign = time.monotonic() + _SIGN_OF_LIFE_S
     idle_since = stop_at = None
     while len(signals) < 2:
         took = recorder.take()
@@ -295,6 +305,9 @@ def _record(recorder: Recorder, signals: list[int]) -> None:
             recorder.flush()
             answers.spin_once(timeout_sec=0.0)
             next_flush = now + settings.flush_period_s
+        if now >= next_sign:
+            recorder.give_sign_of_life()
+            next_sign = now + _SIGN_OF_LIFE_S
         if signals:
             stop_at = stop_at or now + settings.drain_s
             idle_since = now if took or idle_since is None else idle_since

@@ -3,20 +3,16 @@
 from __future__ import annotations
 
 import datetime
-import errno
 import shutil
 import traceback
 from dataclasses import dataclass
 from pathlib import Path
 
+from tethernet_control.command import is_bad_name
 from tethernet_control.shown import shown
 
 ROOMY_BYTES = 200_000_000
 """Less free space than this is worth a warning: a recording takes some tens of megabytes."""
-
-
-_BAD_NAMES = (errno.ENAMETOOLONG, errno.ELOOP, errno.EILSEQ)
-"""What the operating system says of names that can be no folder's, whatever the disk holds."""
 
 
 class RunFolderError(Exception):
@@ -84,7 +80,7 @@ def make_run_folder(output: str, mu_count: int, seed: int) -> RunFolder:
             f"--output {shown(output)}: cannot make a run's folder there: {error.strerror or error}; "
             "allowed: a folder that you may write to"
         )
-        refusal.usage = error.errno in _BAD_NAMES
+        refusal.usage = is_bad_name(error)
         raise refusal from error
     raise RunFolderError(f"--output {shown(output)}: a thousand runs named {stem} are there already")
 

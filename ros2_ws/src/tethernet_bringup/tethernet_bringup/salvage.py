@@ -12,12 +12,19 @@ bad usage.
 
 from __future__ import annotations
 
+if __name__ == "__main__":
+    from tethernet_control.quiet_start import command_start
+
+    command_start()
+
 import argparse
 import shutil
 import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+
+from tethernet_control.command import command
 
 from .bag_errors import BagError, BagWriteError, NotABagError
 from .bag_reader import BagReader, open_bag
@@ -93,6 +100,7 @@ def _default_output(torn: Path) -> Path:
     return torn.with_name(torn.name + "_salvaged")
 
 
+@command
 def main(argv: Sequence[str] | None = None) -> int:
     """The command; returns its exit status."""
     parser = argparse.ArgumentParser(

@@ -16,11 +16,16 @@ from __future__ import annotations
 import struct
 from dataclasses import dataclass
 
+from tethernet_control.step_guard import StepGuard
+
 from .message_definitions import InstalledType
 
 FARTHEST_NS = 60_000_000_000
 """A stamp farther than this from the mission's time is on another clock [ns]; nodes of a mission are never a minute
 apart."""
+
+_AGREEING = 40
+"""Stamps off the mission's time that must agree in succession before it is another one: five of each of 8 MUs."""
 
 _STAMP = struct.Struct("<iI")
 _LENGTH = struct.Struct("<I")
@@ -60,6 +65,7 @@ class Timeline:
         self.now: int | None = None
         """The mission's newest time [ns]; None before anything told it."""
         self._has_clock = False
+        self._guard = StepGuard(FARTHEST_NS, _AGREEING)
 
     def tell(self, stamp: int | None, *, clock: bool) -> None:
         """Take a stamp of a topic that tells the mission's time.
@@ -70,11 +76,12 @@ class Timeline:
         """
         if stamp is None:
             return
-        if clock:
+        if clock and not self._has_clock:
             self._has_clock = True
-            self.now = stamp
-        elif not self._has_clock and (self.now is None or stamp > self.now):
-            self.now = stamp
+            self._guard = StepGuard(FARTHEST_NS, _AGREEING)
+        if clock or not self._has_clock:
+            self._guard.take(stamp)
+            self.now = self._guard.newest
 
     def log_time(self, stamp: int | None) -> int | None:
         """When a message is logged [ns]; None while the mission has no time yet.

@@ -7,6 +7,11 @@ failed, 2 bad usage.
 
 from __future__ import annotations
 
+if __name__ == "__main__":
+    from tethernet_control.quiet_start import command_start
+
+    command_start()
+
 import argparse
 import math
 import sys
@@ -18,6 +23,8 @@ from nav_msgs.msg import Odometry
 from rclpy.executors import ExternalShutdownException
 from rclpy.node import Node
 from rosgraph_msgs.msg import Clock
+
+from tethernet_control.command import command
 
 from .driver_contract import Finding, Reaction, Sample, check_reaction, check_samples, table
 from .parameters import load
@@ -153,6 +160,7 @@ def _arguments(args: list[str] | None) -> argparse.Namespace:
     return options
 
 
+@command
 def main(args: list[str] | None = None) -> int:
     """Run the checks and print the table."""
     options = _arguments(args)

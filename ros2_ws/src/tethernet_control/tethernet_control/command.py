@@ -3,13 +3,14 @@
 A command's module begins with
 
     if __name__ == "__main__":
-        from tethernet_control.command import command_start
+        from tethernet_control.quiet_start import command_start
 
         command_start()
 
 before its other imports, and its ``main`` is decorated with :func:`command`.
 """
 
+import errno
 import functools
 import os
 import signal
@@ -18,7 +19,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import ParamSpec
 
-from .quiet_start import end_quiet_start, open_standard_streams, quiet_start
+from .quiet_start import end_quiet_start, open_standard_streams
 from .shown import shown
 
 FAULT, USAGE = 1, 2
@@ -27,28 +28,16 @@ TERMINATED = 128 + signal.SIGTERM
 READER_GONE = 128 + signal.SIGPIPE
 LONGEST_COMPLAINT = 2000
 """[characters]."""
-_BLOCKED_BY_LAUNCHER = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 
 P = ParamSpec("P")
-
-
-def command_start() -> None:
-    """Begin: see :func:`tethernet_control.quiet_start.quiet_start`; the exit status after a signal is a shell's."""
-    quiet_start(INTERRUPTED, TERMINATED)
-    unblock_signals()
-
-
-def unblock_signals() -> None:
-    """Take the signals that ``bootstrap.launch`` holds back until there is somebody to take them."""
-    signal.pthread_sigmask(signal.SIG_UNBLOCK, _BLOCKED_BY_LAUNCHER)
 
 
 def command(main: Callable[P, int]) -> Callable[P, int]:
     """Decorate a command's main function: every end that is no mistake of the program is one without a traceback.
 
     Ctrl-C ends it with status 130, after its own cleaning up. A reader of its output that has gone away, as ``head``
-    does, ends it with status 141. An operating system that refuses (a disk that is full, a name that is too long) is
-    told of in one sentence, with status 1. Closed streams are no reason to end at all.
+    does, ends it with status 141. An operating system that refuses (a full disk, a name that is too long) is told of in
+    one sentence, with status 1, or 2 where the name itself cannot be meant. Closed streams are no reason to end at all.
     """
 
     @functools.wraps(main)
@@ -66,12 +55,17 @@ def command(main: Callable[P, int]) -> Callable[P, int]:
             status = READER_GONE
         except OSError as error:
             complain(explain(error))
-            status = FAULT
+            status = USAGE if is_bad_name(error) else FAULT
         finally:  # argparse ends by SystemExit
             let_go_of_closed_streams()
         return status
 
     return run
+
+
+def is_bad_name(error: OSError) -> bool:
+    """Whether the operating system says that a name can be no file's, whatever the disk holds."""
+    return error.errno in (errno.ENAMETOOLONG, errno.ELOOP, errno.EILSEQ)
 
 
 def explain(error: OSError) -> str:

@@ -4,13 +4,18 @@ from __future__ import annotations
 
 import enum
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from . import estimator, law
 from .mission import Mission, Phase, seconds_between
-from .settings import ControlParameters
+from .mission_gate import MissionGate
+from .settings import NANOSECOND_S, ControlParameters
+from .step_guard import StampGuard, Step
 
 ZERO = (0.0, 0.0, 0.0)
+_FARTHEST = 1e6
+"""[m], [m/s] No MU is so far off or so fast: the estimate's arithmetic stays finite."""
 
 
 class Mode(enum.IntEnum):
@@ -21,6 +26,13 @@ class Mode(enum.IntEnum):
     CLOSING = 2
     OFF = 3
     NO_ODOMETRY = 4
+    NO_PLANNER = 5
+    EMPTY = 6
+
+    @property
+    def flying(self) -> bool:
+        """True while the MU is under way: it thrusts, or would."""
+        return self in (Mode.DEPLOYING, Mode.CLOSING, Mode.NO_ODOMETRY, Mode.NO_PLANNER)
 
 
 @dataclass
@@ -30,10 +42,16 @@ class Account:
     fuel_kg: float = 0.0
     fuel_at_trigger_kg: float = 0.0
     tracking_error_m: float = 0.0
+    """From the reference to where the controller thinks it is: the estimate, or the sample where nothing is
+    estimated."""
     max_tracking_error_m: float = 0.0
     commands: int = 0
     saturated: int = 0
     rejected_odometry: int = 0
+    clock_jumps: int = 0
+    """Of the rejected: samples whose stamp was far off the last one."""
+    clock_resets: int = 0
+    """Times that odometry's clock was found set anew."""
     deadline_misses: int = 0
     outliers: int = 0
     """Samples that the filter turned away."""
@@ -57,13 +75,17 @@ class MuController:
         """
         self.mu = mu
         self.parameters = parameters
-        self.mission = Mission(mu_count=8)
         self.mode = Mode.IDLE
         self.account = Account()
         self.aiming_point: tuple[float, float, float] | None = None
         self.aiming_source = ""
         self.desired = [math.nan] * 3
         self.stamp_ns: int | None = None
+        self.dropped_because = ""
+        """Why the newest dropped sample was."""
+        self._gate = MissionGate(Mission(mu_count=8))
+        self._clock, self._beats = StampGuard(parameters), StampGuard(parameters)
+        self._planner_ns: int | None = None
         self._start: list[float] | None = None
         self._close_before: tuple = ()
         self._law = parameters.law()
@@ -74,20 +96,62 @@ class MuController:
         self._speed = [0.0, 0.0, 0.0]
         self._thrust = [0.0, 0.0, 0.0]
 
+    @property
+    def mission(self) -> Mission:
+        """The newest state of the mission that counts."""
+        return self._gate.mission
+
+    @property
+    def refused_states(self) -> int:
+        """States of the mission that were refused; see :class:`MissionGate`."""
+        return self._gate.refused
+
+    @property
+    def propellant_kg(self) -> float:
+        """What is left on board [kg]."""
+        return max(0.0, self.parameters.propellant_kg - self.account.fuel_kg)
+
     def take_mission(self, mission: Mission) -> bool:
         """Take over a newer state of the mission.
 
+        A state of another planner's mission, where it counts, begins a new flight: its aiming point is still to come.
+
         Returns:
-            True when it was newer.
+            True when it counts; see :class:`MissionGate`.
         """
-        if mission.sequence <= self.mission.sequence and self.mission.sequence:
+        before = self.mission
+        news = self._gate.take(mission, self._planner_lost(self.stamp_ns))
+        if self._gate.is_present(mission):  # also said again, as confirmed
+            self._planner_ns = self.stamp_ns
+        if not news:
             return False
-        if self.mission.closing_points:
-            self._close_before = self.mission.closing_points
-        self.mission = mission
+        if mission.mission_id != before.mission_id and not mission.phase.over:
+            self._begin_flight()
+        elif before.closing_points:
+            self._close_before = before.closing_points
         if mission.phase.over:
             self.mode = Mode.OFF
         return True
+
+    def on_heartbeat(self, stamp_ns: int) -> None:
+        """The planner has decided on the control tick at ``stamp_ns``."""
+        if self._beats.take(stamp_ns).good:
+            self._planner_ns = self.stamp_ns
+
+    def _planner_lost(self, stamp_ns: int | None) -> bool:
+        """Whether nothing has been heard of the planner for too long, by the odometry's stamps: where they stand still,
+        as in a lock-step that halts, no time has passed.
+        """
+        if self._planner_ns is None or stamp_ns is None:
+            return False
+        return seconds_between(self._planner_ns, stamp_ns) > self.parameters.planner_timeout_s
+
+    def _begin_flight(self) -> None:
+        self.aiming_point, self.aiming_source = None, ""
+        self.desired[:] = [math.nan] * 3
+        self._start, self._close_before = None, ()
+        self._integral[:] = self._carry[:] = ZERO
+        self.account.tracking_error_m = self.account.max_tracking_error_m = 0.0
 
     def aim(self, point, source: str) -> None:
         """Set the aiming point [m] and where it comes from."""
@@ -103,21 +167,36 @@ class MuController:
             velocity: measured, x y z [m/s], frame launch.
 
         Returns:
-            The thrust [N] until the next sample, or None when the sample was dropped (not finite, or not newer than
-            the last one).
+            The thrust [N] until the next sample, or None when the sample was dropped, see ``dropped_because``: its
+            numbers or its stamp cannot be.
         """
-        total = 0.0
-        for value in (*position, *velocity):
-            total += value
-        if not math.isfinite(total) or (self.stamp_ns is not None and stamp_ns <= self.stamp_ns):
-            self.account.rejected_odometry += 1
-            return None
+        if not all(abs(value) < _FARTHEST for value in (*position, *velocity)):  # NaN is not
+            return self._drop(f"not finite, or not within {_FARTHEST:g} m and m/s")
+        step = self._clock.take(stamp_ns)
+        if not step.good:
+            self.account.clock_jumps += step is Step.JUMP
+            return self._drop(self._clock.why(stamp_ns))
+        if step is Step.ANEW:
+            self._begin_clock()
+        if self._planner_ns is None:
+            self._planner_ns = stamp_ns
         period = self._account_for_time(stamp_ns)
+        self._observe(stamp_ns, position, velocity)
         self.stamp_ns = stamp_ns
-        self._observe(period, position, velocity)
         self._command(stamp_ns, position, velocity, period)
         self.account.commands += 1
         return tuple(self._thrust)
+
+    def _drop(self, why: str) -> None:
+        self.account.rejected_odometry += 1
+        self.dropped_because = why
+
+    def _begin_clock(self) -> None:
+        """Odometry's clock was set anew: nothing that was measured by the old one can be carried over."""
+        self._burn(seconds_between(0, self.parameters.held_ns))
+        self._covariance[:] = [0.0] * 6
+        self.stamp_ns = self._planner_ns = None
+        self.account.clock_resets += 1
 
     def odometry_lost(self) -> bool:
         """The watchdog found odometry too old: zero thrust until it comes back.
@@ -133,16 +212,19 @@ class MuController:
         return True
 
     def _account_for_time(self, stamp_ns: int) -> float:
-        """Book the fuel and the missed periods since the last sample; return the time step for the integral [s]."""
+        """Book the fuel and the missed periods since the last sample; return the time step for the integral [s].
+
+        The integral goes on for no longer than the watchdog's patience: over a long gap the error at its end says
+        little of the error within.
+        """
         p = self.parameters
         if self.stamp_ns is None:
-            return p.period_ns * 1e-9
+            return p.period_ns * NANOSECOND_S
         gap = seconds_between(self.stamp_ns, stamp_ns)
-        period = min(gap, p.watchdog_periods * p.control_period_s)
-        self._burn(period)
-        if self.mode in (Mode.DEPLOYING, Mode.CLOSING, Mode.NO_ODOMETRY):
+        self._burn(min(gap, seconds_between(0, p.held_ns)))
+        if self.mode.flying:
             self.account.deadline_misses += max(0, round(gap / p.control_period_s) - 1)
-        return period
+        return min(gap, p.watchdog_periods * p.control_period_s)
 
     def _burn(self, duration: float) -> None:
         p = self.parameters
@@ -152,11 +234,12 @@ class MuController:
         if not self.mission.closing or self.stamp_ns is None or self.stamp_ns < self.mission.closing_ns:
             self.account.fuel_at_trigger_kg = self.account.fuel_kg
 
-    def _observe(self, period: float, position, velocity) -> None:
+    def _observe(self, stamp_ns: int, position, velocity) -> None:
         """Take the sample into the estimate; the thrust on the account is what acted since the last one."""
         account, law_ = self.account, self._law
         if law_.estimate > 0.0:
-            if estimator.observe(law_, self._thrust, period, position, velocity, self._state, self._covariance):
+            thrust, period = self._bridge(stamp_ns)
+            if estimator.observe(law_, thrust, period, position, velocity, self._state, self._covariance):
                 account.outliers += 1
             account.position_sigma_m = math.sqrt(self._covariance[0])
             account.velocity_sigma_m_s = math.sqrt(self._covariance[3])
@@ -165,19 +248,46 @@ class MuController:
             account.position_sigma_m = math.sqrt(law_.position_variance)
             account.velocity_sigma_m_s = math.sqrt(law_.velocity_variance)
 
+    def _bridge(self, stamp_ns: int) -> tuple[Sequence[float], float]:
+        """Carry the estimate over the periods that were missed, with the thrust that acted: held, then zeroed.
+
+        Period by period, because the process noise is that of short ones.
+
+        Returns:
+            Thrust [N] and duration [s] of the last period, which ends with the sample.
+        """
+        p = self.parameters
+        if self.stamp_ns is None:
+            return self._thrust, p.period_ns * NANOSECOND_S
+        gap_ns = stamp_ns - self.stamp_ns
+        missed = max(0, gap_ns // p.period_ns - 1)
+        for period in range(missed):
+            acting = self._thrust if period * p.period_ns < p.held_ns else ZERO
+            estimator.predict(self._law, acting, p.period_ns * NANOSECOND_S, self._state, self._covariance)
+        acting = self._thrust if missed * p.period_ns < p.held_ns else ZERO
+        return acting, (gap_ns - missed * p.period_ns) * NANOSECOND_S
+
     def _command(self, stamp_ns: int, position, velocity, period: float) -> None:
         mission = self.mission
         flying = mission.phase in (Phase.DEPLOYING, Phase.CLOSING) and self.aiming_point is not None
-        if not flying or stamp_ns < mission.launch_ns or (mission.closing and stamp_ns >= mission.end_ns):
-            self._thrust[:] = ZERO
-            self.mode = Mode.OFF if mission.phase.over or mission.closing else Mode.IDLE
+        if not flying or stamp_ns < mission.launch_ns:
+            self._stop(Mode.OFF if mission.phase.over or mission.closing else Mode.IDLE)
+            return
+        elapsed = seconds_between(mission.launch_ns, stamp_ns)
+        if (mission.closing and stamp_ns >= mission.end_ns) or elapsed >= self.parameters.longest_flight_s:
+            self._stop(Mode.OFF)
             return
         if self._start is None:
             self._start = [float(value) for value in position]
         closing_elapsed = seconds_between(mission.closing_ns, stamp_ns) if mission.closing else -1.0
         if closing_elapsed >= 0.0 and (mission.docked(self.mu, stamp_ns) or not mission.closing_points):
-            self._thrust[:] = ZERO
-            self.mode = Mode.OFF
+            self._stop(Mode.OFF)
+            return
+        if self.account.fuel_kg >= self.parameters.propellant_kg:
+            self._stop(Mode.EMPTY)
+            return
+        if self._planner_lost(stamp_ns):
+            self._stop(Mode.NO_PLANNER)
             return
         self.mode = Mode.CLOSING if closing_elapsed >= 0.0 else Mode.DEPLOYING
         points = mission.closing_points
@@ -185,7 +295,7 @@ class MuController:
             points = self._close_before  # news of the planner hold from the next tick on
         close = points[self.mu - 1] if points else self.aiming_point
         if law.command(
-            self._law, seconds_between(mission.launch_ns, stamp_ns), closing_elapsed,
+            self._law, elapsed, closing_elapsed,
             mission.closing_duration_s if mission.closing else 1.0, period, position, velocity,
             self._start, self.aiming_point, close, self._state, self._integral, self._carry,
             self._thrust, self.desired, self._speed,
@@ -194,3 +304,7 @@ class MuController:
         error = law.distance(self.desired, self._state)
         self.account.tracking_error_m = error
         self.account.max_tracking_error_m = max(self.account.max_tracking_error_m, error)
+
+    def _stop(self, mode: Mode) -> None:
+        self._thrust[:] = ZERO
+        self.mode = mode

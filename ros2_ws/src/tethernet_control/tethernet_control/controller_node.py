@@ -22,11 +22,12 @@ from geometry_msgs.msg import WrenchStamped
 from nav_msgs.msg import Odometry
 from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
+from std_msgs.msg import Header
 
 from tethernet_msgs.msg import MissionState, MuStatus
 from tethernet_msgs.srv import PlanAimingPoints
 
-from .controller import ZERO, MuController
+from .controller import ZERO, Mode, MuController
 from .layout import FALLBACK, nominal_aiming_points
 from .mission import Phase
 from .parameters import parameter
@@ -35,13 +36,14 @@ from .ros.conversions import (
     MessageError,
     coordinates,
     mission_from,
+    nanoseconds,
     point_message,
     set_stamp,
 )
 from .ros.parameters import NODE_OPTIONS, declare
 from .ros.qos import CONTROL, STATE
 from .ros.serialized_odometry import serialized_odometry_values
-from .settings import ControlParameters
+from .settings import NANOSECOND_S, ControlParameters
 
 
 @dataclass(frozen=True)
@@ -62,7 +64,8 @@ class ControllerIdentity:
 class ControllerNode(Node):
     """Carries messages to and from one :class:`MuController`; decides nothing but what is about wall time.
 
-    Wall time matters twice: the watchdog on odometry, and the bounded wait for the planner's service.
+    Wall time matters twice: the watchdog on odometry, and the bounded wait for the planner's service. The watchdog on
+    the planner goes by odometry's stamps.
     """
 
     PARAMETERS = (ControllerIdentity, ControlParameters)
@@ -89,6 +92,7 @@ class ControllerNode(Node):
         self._status_publisher = self.create_publisher(MuStatus, topics.mu_status(self._mu), STATE)
         self._planner = self.create_client(PlanAimingPoints, topics.PLAN_AIMING_POINTS)
         self.create_subscription(MissionState, topics.MISSION_STATE, self._on_mission, STATE)
+        self.create_subscription(Header, topics.PLANNER_HEARTBEAT, self._on_heartbeat, CONTROL)
         self.create_subscription(Odometry, topics.mu_odometry(self._mu), self._on_odometry, CONTROL, raw=True)
         self.create_timer(self._period_s, self._on_wall_period, clock=Clock(clock_type=ClockType.STEADY_TIME))
         self._publish_status()
@@ -101,15 +105,33 @@ class ControllerNode(Node):
             controller.account.rejected_odometry += 1
             self._complain(f"{error}; dropped")
             return
+        mode, resets = controller.mode, controller.account.clock_resets
         thrust = controller.on_odometry(stamp_ns, position, velocity)
         if thrust is None:
-            self._complain(f"odometry dropped: not finite, or its stamp {stamp_ns} ns is not newer than the last one")
+            self._complain(f"odometry dropped: {controller.dropped_because}")
             return
+        if controller.account.clock_resets != resets:
+            self.get_logger().warning(f"odometry's clock was set anew, to {stamp_ns * NANOSECOND_S:.2f} s; followed")
         self._newest_odometry_s = time.monotonic()
         self._publish_thrust(stamp_ns, thrust)
         self._answered += 1
         if self._answered % self._settings.status_every == 0 or self._news() != self._told:
             self._publish_status()
+        if controller.mode != mode:
+            self._tell_mode()
+
+    def _tell_mode(self) -> None:
+        """Log why thrust is off although the mission flies."""
+        p = self._settings
+        why = {
+            Mode.NO_PLANNER: f"no news of the planner for {p.planner_timeout_s:g} s: zero thrust until it is back",
+            Mode.EMPTY: f"the propellant of {p.propellant_kg:g} kg is used up: thrust off",
+        }.get(self._controller.mode)
+        if why:
+            self.get_logger().error(why)
+
+    def _on_heartbeat(self, message: Header) -> None:
+        self._controller.on_heartbeat(nanoseconds(message.stamp))
 
     def _publish_thrust(self, stamp_ns: int, thrust) -> None:
         set_stamp(self._thrust.header.stamp, stamp_ns)
@@ -136,8 +158,18 @@ class ControllerNode(Node):
                 f"the mission has {mission.mu_count} MUs and none with number {self._mu}", once=True
             )
             return
+        led_by, refused = controller.mission.mission_id, controller.refused_states
         if not controller.take_mission(mission):
+            if controller.refused_states != refused:
+                self.get_logger().warning(
+                    f"state {mission.sequence} ({mission.phase.name}) of the mission of planner {mission.mission_id} "
+                    f"refused: flying that of {led_by}, or too far off its count",
+                    throttle_duration_sec=1.0,
+                )
+                self._publish_status()
             return
+        if mission.mission_id != led_by:
+            self._plan_deadline_s, self._plan_asked = math.inf, False
         if mission.phase == Phase.ABORTED:
             # Do not wait for the next odometry: it may never come.
             self._zero_now()
@@ -158,11 +190,13 @@ class ControllerNode(Node):
             request = PlanAimingPoints.Request(
                 debris_position=point_message(mission.debris_position), mu_count=mission.mu_count, policy=mission.policy
             )
-            self._planner.call_async(request).add_done_callback(self._on_plan)
+            self._planner.call_async(request).add_done_callback(
+                lambda future, asked_by=mission.mission_id: self._on_plan(asked_by, future)
+            )
 
-    def _on_plan(self, future) -> None:
-        if self._controller.aiming_point is not None:
-            return  # too late: the nominal points were taken and said so
+    def _on_plan(self, asked_by: int, future) -> None:
+        if self._controller.aiming_point is not None or self._controller.mission.mission_id != asked_by:
+            return  # too late: the nominal points were taken and said so, or another planner leads
         if future.exception() is not None:
             self._fall_back(f"{topics.PLAN_AIMING_POINTS} failed: {future.exception()}")
             return
@@ -232,7 +266,10 @@ class ControllerNode(Node):
         status.fuel_at_trigger = account.fuel_at_trigger_kg
         status.commands = account.commands
         status.saturated = account.saturated
+        status.propellant = controller.propellant_kg
         status.rejected_odometry = account.rejected_odometry
+        status.clock_jumps = account.clock_jumps
+        status.refused_states = controller.refused_states
         status.deadline_misses = account.deadline_misses
         status.outliers = account.outliers
         status.position_sigma = account.position_sigma_m

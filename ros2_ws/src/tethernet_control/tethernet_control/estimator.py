@@ -19,6 +19,12 @@ SURPRISE = 4.0
 """Growth of the covariance with each sample that was turned away: one wild sample is an outlier, a few in a row are a
 thread that has snapped taut and changed the velocity, and are believed."""
 
+FORGOTTEN_M2 = 1e4
+"""Variance of the position from which on nothing is known any more [m^2], 100 m: farther than any mission reaches. It
+bounds the growth of the covariance: beyond 1e13 times the samples' variance rounding would eat its sign. A good sample
+that is turned away again and again is believed after 14 of them, whatever came before: by then 4^14 times a settled
+variance is beyond."""
+
 
 def begin(p, position, velocity, state, covariance):
     """Start from one sample; the disturbance is unknown."""
@@ -32,6 +38,17 @@ def begin(p, position, velocity, state, covariance):
     covariance[3] = p.velocity_variance
     covariance[4] = 0.0
     covariance[5] = DISTURBANCE_SIGMA * DISTURBANCE_SIGMA
+
+
+def known(covariance):
+    """True while the covariance is positive definite and the position known to 100 m; NaN is neither."""
+    pp, pv, pd = covariance[0], covariance[1], covariance[2]
+    vv, vd, dd = covariance[3], covariance[4], covariance[5]
+    if not 0.0 < pp <= FORGOTTEN_M2:
+        return False
+    # The Schur complement of pp, two by two: positive definite as well.
+    vv, vd, dd = vv - pv * pv / pp, vd - pv * pd / pp, dd - pd * pd / pp
+    return vv > 0.0 and vv * dd - vd * vd > 0.0
 
 
 def predict(p, thrust, period, state, covariance):
@@ -77,7 +94,7 @@ def update(p, position, velocity, state, covariance):
         off_p = position[axis] - state[axis]
         off_v = velocity[axis] - state[3 + axis]
         squared += off_p * off_p * ipp + 2.0 * off_p * off_v * ipv + off_v * off_v * ivv
-    if squared > p.innovation_gate:
+    if not squared <= p.innovation_gate:  # also NaN, where the square overflows
         for entry in range(6):
             covariance[entry] *= SURPRISE
         return squared
@@ -100,12 +117,14 @@ def update(p, position, velocity, state, covariance):
 
 
 def observe(p, thrust, period, position, velocity, state, covariance):
-    """One sample: predict by the thrust that acted since the last one, then correct; begin where nothing is known.
+    """One sample: predict by the thrust that acted since the last one, then correct; begin where nothing is known, and
+    begin anew where nothing is known any more: after rubbish for longer than the covariance may grow, or where rounding
+    has taken its sign. The estimate stays finite and its covariance positive definite for all finite samples.
 
     Args:
         p: the law's numbers.
         thrust: that acted since the last sample [N].
-        period: since the last sample [s]; a gap is bridged by the prediction.
+        period: since the last sample [s].
         position: measured [m].
         velocity: measured [m/s].
         state: nine numbers; updated.
@@ -118,4 +137,11 @@ def observe(p, thrust, period, position, velocity, state, covariance):
         begin(p, position, velocity, state, covariance)
         return False
     predict(p, thrust, period, state, covariance)
-    return update(p, position, velocity, state, covariance) > p.innovation_gate
+    if not known(covariance):
+        begin(p, position, velocity, state, covariance)
+        return False
+    if not update(p, position, velocity, state, covariance) <= p.innovation_gate:
+        return True
+    if not known(covariance):
+        begin(p, position, velocity, state, covariance)
+    return False

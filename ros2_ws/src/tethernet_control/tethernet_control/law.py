@@ -267,6 +267,6 @@ def distance(first, second):
 
 CALLED = (
     reference, pid_thrust, intercept_thrust, hold_thrust, fire, fuel_used, distance, estimator.predict,
-    estimator.update, estimator.begin,
+    estimator.update, estimator.begin, estimator.known,
 )  # fmt: skip
 """Functions that others here call: what compiles one of those must know these too."""

@@ -44,6 +44,8 @@ class Mission:
     """4 or 8."""
     phase: Phase = Phase.WAITING
     sequence: int = 0
+    mission_id: int = 0
+    """Which planner leads it: drawn anew by each planner when it starts, 64 bits."""
     policy: str = ""
     """Name of the policy that made the aiming points."""
     launch_ns: int = 0

@@ -6,11 +6,17 @@ machine seconds, and there is nothing to clean up yet. A module that may be run 
 before its other imports, when it is.
 """
 
-import os
-import signal
-import sys
-from collections.abc import Mapping
+from __future__ import annotations
 
+import os
+import sys
+
+# Nothing else here: it could be a file of the user's, until the working folder is left out.
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+_INTERRUPTED, _TERMINATED = 130, 143
 SEARCH_PATHS = ("PYTHONPATH", "LD_LIBRARY_PATH")
 _PACKAGES = ("tethernet_control", "tethernet_sim", "tethernet_planner", "tethernet_bringup")
 
@@ -30,16 +36,33 @@ def quiet_start(interrupted: int = 0, terminated: int = 0) -> None:
     """
     global _quiet
     _quiet = True
+    leave_out_working_folder()
+    import signal
+
     for number, status in ((signal.SIGINT, interrupted), (signal.SIGTERM, terminated)):
         signal.signal(number, lambda *_, status=status: os._exit(status))
-    leave_out_working_folder()
     open_standard_streams()
+
+
+def command_start() -> None:
+    """The same for a command: after a signal its exit status is what a shell expects."""
+    quiet_start(_INTERRUPTED, _TERMINATED)
+    unblock_signals()
+
+
+def unblock_signals() -> None:
+    """Take the signals that ``bootstrap.launch`` holds back until there is somebody to take them."""
+    import signal
+
+    signal.pthread_sigmask(signal.SIG_UNBLOCK, (signal.SIGINT, signal.SIGTERM, signal.SIGHUP))
 
 
 def end_quiet_start() -> None:
     """Give the signals their usual effect again, where :func:`quiet_start` has changed it."""
     global _quiet
     if _quiet:
+        import signal
+
         signal.signal(signal.SIGINT, signal.default_int_handler)
         signal.signal(signal.SIGTERM, signal.SIG_DFL)
         _quiet = False

@@ -37,6 +37,32 @@ class ControlParameters:
     watchdog_periods: int = parameter(
         "Control periods after which odometry or a command is too old to act on", low=1, high=1000
     )
+    longest_gap_s: float = parameter(
+        "Stamps of one source are believed when they grow by no more than this; longer gaps and jumps only when "
+        "clock_recovery_samples in succession agree. Longer than any dropout worth bridging, short beside a mission",
+        unit="s",
+        low=1.0,
+        high=600.0,
+    )
+    clock_recovery_samples: int = parameter(
+        "Successive stamps that agree among each other after which a clock counts as set anew; as many as the watchdog "
+        "has patience for, so that one late burst is not enough", low=2, high=1000,
+    )  # fmt: skip
+    planner_timeout_s: float = parameter(
+        "Mission time without heartbeat or news of the planner after which an MU in flight stops its thrust, until it "
+        "is back; short beside a mission, long beside any halt of a busy chaser's computer",
+        unit="s",
+        low=0.5,
+        high=600.0,
+    )
+    longest_flight_s: float = parameter(
+        "Mission time since launch after which thrust is off for good, whatever the planner says; must be longer than "
+        "give_up_s and capture_duration_s together", unit="s", low=2.0, high=3000.0,
+    )  # fmt: skip
+    propellant_kg: float = parameter(
+        "Propellant on board: thrust is off for good when it is used up. A fifth of the MU's mass [A], twenty times "
+        "what a mission takes, three times what the paper's control does", unit="kg", low=0.0, high=100.0,
+    )  # fmt: skip
     position_sigma_m: float = parameter(
         "Standard deviation of a measured position per axis", unit="m", low=0.0, high=10.0
     )
@@ -111,6 +137,13 @@ class ControlParameters:
     def period_ns(self) -> int:
         """Control period [ns]: stamps of control ticks are exact multiples of it."""
         return round(self.control_period_s / NANOSECOND_S)
+
+    @property
+    def held_ns(self) -> int:
+        """How long a command acts when none follows [ns]: it is zeroed at the first control tick at which it is older
+        than the watchdog's patience.
+        """
+        return (self.watchdog_periods + 1) * self.period_ns
 
     def law(self) -> Law:
         """The numbers that the control law and the estimator work with."""

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 
 from tethernet_control.layout import design
 from tethernet_control.mission import Mission, Phase
+from tethernet_control.mission_gate import MissionGate
 from tethernet_control.settings import ControlParameters
 from tethernet_sim.capture_quality import QualityParameters, captured, hull_quality, mouth_area, verdict
 
@@ -100,7 +101,7 @@ class CaptureAssessor:
         predictor: surrogate asked at the trigger, or None.
         clock: wall time [s].
         """
-        self.mission = Mission(mu_count)
+        self._gate = MissionGate(Mission(mu_count))
         self._quality = quality
         self._progress_ns = progress_every * control.period_ns
         self._predictor = predictor
@@ -111,15 +112,19 @@ class CaptureAssessor:
         self._triggered = self._concluded = False
         self._over_since_s = math.inf
 
+    @property
+    def mission(self) -> Mission:
+        """The newest state of the mission that counts."""
+        return self._gate.mission
+
     def take_mission(self, mission: Mission) -> list[Assessment]:
         """Take over a newer state of the mission.
 
         Returns:
             Assessments that have become due at samples seen before, oldest first.
         """
-        if mission.sequence <= self.mission.sequence:
+        if not self._gate.take(mission):
             return []
-        self.mission = mission
         if mission.phase in (Phase.COMPLETE, Phase.MISSED):
             self._over_since_s = self._clock()
         return [assessment for sample in self._recent for assessment in self._due_at(sample)]

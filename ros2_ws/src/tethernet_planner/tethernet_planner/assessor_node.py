@@ -31,6 +31,7 @@ from tethernet_control.ros.parameters import NODE_OPTIONS, declare
 from tethernet_control.ros.qos import BULK, CONTROL, STATE, STATE_BACKLOG
 from tethernet_control.ros.serialized_odometry import serialized_odometry_values
 from tethernet_control.settings import ControlParameters, MissionParameters
+from tethernet_control.step_guard import StampGuard
 from tethernet_msgs.msg import CaptureAssessment, MissionState, NetState
 from tethernet_sim.capture_quality import QualityParameters
 
@@ -60,8 +61,8 @@ class AssessorNode(Node):
             raise ParameterError(f"AssessorParameters.predictor: {error}") from error
         self._predictor_name = "" if predictor is None else parameters.predictor
         self._assessor = CaptureAssessor(self._mu_count, control, quality, parameters.progress_every, predictor)
-        self._debris = NewestOdometry("debris odometry", self._drop, tuple(parameters.debris_position) or None)
-        self._net_ns = -1
+        self._debris = NewestOdometry("debris odometry", control, self._drop, tuple(parameters.debris_position) or None)
+        self._net_clock = StampGuard(control)
         self._waiting: deque[NetState] = deque(maxlen=_WAITING)
         self._track: deque[tuple[int, Vector, Vector]] = deque(maxlen=_WAITING)
         self._dropped = 0
@@ -73,7 +74,7 @@ class AssessorNode(Node):
             self.create_subscription(NetState, topics.NET_STATE, self._on_net, BULK)
             import scipy.spatial  # noqa: F401  takes half a second: better now than in the middle of a flight
         else:
-            self._swarm = SwarmCentroid(self._mu_count, control.watchdog_periods * control.period_ns)
+            self._swarm = SwarmCentroid(self._mu_count, control, self._drop)
             self._pairs = DockedPairs(self._mu_count, rules.docking_distance_m)
             for mu in range(1, self._mu_count + 1):
                 self.create_subscription(
@@ -99,10 +100,9 @@ class AssessorNode(Node):
 
     def _on_net(self, message: NetState) -> None:
         stamp_ns = nanoseconds(message.header.stamp)
-        if stamp_ns <= self._net_ns:
-            self._drop("net state", "its stamp is not newer than the last one")
+        if not self._net_clock.take(stamp_ns).good:
+            self._drop("net state", self._net_clock.why(stamp_ns))
             return
-        self._net_ns = stamp_ns
         self._waiting.append(message)
         self._assess_waiting()
 

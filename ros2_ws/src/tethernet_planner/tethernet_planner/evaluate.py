@@ -6,6 +6,11 @@ other variations, with resume and outcomes as a table.
 
 from __future__ import annotations
 
+if __name__ == "__main__":
+    from tethernet_control.quiet_start import command_start
+
+    command_start()
+
 import argparse
 import json
 import math
@@ -15,6 +20,7 @@ from dataclasses import asdict
 from pathlib import Path
 
 from tethernet_control.atomic_file import write_text
+from tethernet_control.command import command
 from tethernet_sim.capture_quality import QualityParameters, tight
 from tethernet_sim.fly import Settings
 from tethernet_sim.scenario import Outcome
@@ -87,9 +93,12 @@ def _arguments(argv: Sequence[str] | None) -> argparse.Namespace:
         parser.error(f"--seed {options.seed}: allowed: 0 or more")
     if options.output and not options.output.absolute().parent.is_dir():
         parser.error(f"--output {options.output}: its folder does not exist")
+    if options.output and options.output.is_dir():
+        parser.error(f"--output {options.output}: is a folder; allowed: a file's name")
     return options
 
 
+@command
 def main(argv: Sequence[str] | None = None) -> int:
     """Fly, print a table, write the file. Returns 0; 2 for bad usage."""
     options = _arguments(argv)
@@ -102,10 +111,10 @@ def main(argv: Sequence[str] | None = None) -> int:
         progress.add(len(flown), sum(bool(outcome.error) for outcome in flown))
     result = records(cases, outcomes, settings.quality)
     head = {name: getattr(options, name) for name in ("mus", "policy", "control", "seed")}
+    _print(head, result)  # first: a file that cannot be written must not cost what was flown
     if options.output:
         text = json.dumps(plain({**head, **result}), indent=2, allow_nan=False) + "\n"
         write_text(options.output, text)
-    _print(head, result)
     return 0
 
 

@@ -8,6 +8,7 @@ import numpy as np
 
 from tethernet_control import closing
 from tethernet_control.settings import ControlParameters, MissionParameters
+from tethernet_control.step_guard import StampGuard
 
 DebrisMotion = tuple[tuple, tuple, tuple, tuple]
 """Position [m], attitude (quaternion x y z w, body to launch), velocity [m/s] and angular rate [rad/s] in the body
@@ -36,7 +37,7 @@ class Lookout:
         self._velocities: Sequence[closing.Point] = ()
         self._silent: set[int] = set()
         self._stamp_ns = 0
-        self._answered_ns: dict[int, int] = {}
+        self._answered = {mu: StampGuard(control) for mu in range(1, mu_count + 1)}
 
     def saw_mus(
         self,
@@ -57,12 +58,17 @@ class Lookout:
         self._positions, self._velocities, self._silent = positions, velocities, set(silent)
 
     def saw_status(self, mu: int, stamp_ns: int) -> None:
-        """Controller ``mu`` has answered the odometry of ``stamp_ns``."""
-        self._answered_ns[mu] = max(stamp_ns, self._answered_ns.get(mu, 0))
+        """Controller ``mu`` has answered the odometry of ``stamp_ns``; 0: none yet. One that cannot be is ignored."""
+        if stamp_ns > 0 and mu in self._answered:
+            self._answered[mu].take(stamp_ns)
 
     def dead(self) -> set[int]:
         """MUs whose controllers have answered before, but not for a while."""
-        return {mu for mu, ns in self._answered_ns.items() if ns and self._stamp_ns - ns > self._patience_ns}
+        return {
+            mu
+            for mu, answered in self._answered.items()
+            if answered.newest is not None and self._stamp_ns - answered.newest > self._patience_ns
+        }
 
     def look(self) -> closing.Sight | None:
         """The sight, or None where too little is known or winches close the net."""

@@ -8,6 +8,7 @@ if __name__ == "__main__":
     quiet_start()
 
 import math
+import secrets
 import time
 
 from diagnostic_msgs.msg import DiagnosticArray
@@ -36,7 +37,8 @@ from tethernet_control.ros.newest_odometry import NewestOdometry
 from tethernet_control.ros.parameters import NODE_OPTIONS, declare
 from tethernet_control.ros.qos import BULK, CONTROL, STATE, STATE_BACKLOG
 from tethernet_control.ros.serialized_odometry import serialized_odometry_values
-from tethernet_control.settings import ControlParameters, MissionParameters
+from tethernet_control.settings import NANOSECOND_S, ControlParameters, MissionParameters
+from tethernet_control.step_guard import StampGuard, Step
 from tethernet_msgs.msg import MissionState, MuStatus, NetState
 from tethernet_msgs.srv import PlanAimingPoints
 
@@ -48,6 +50,11 @@ from .swarm import DockedPairs, SwarmCentroid
 
 _POLL_S = 0.05  # [s] wall time between two looks at the deadlines
 _UNKNOWN = (math.nan,) * 3
+_STOPPED = {
+    Mode.NO_ODOMETRY: "no odometry: zero thrust",
+    Mode.NO_PLANNER: "does not hear the planner: zero thrust",
+    Mode.EMPTY: "propellant used up: zero thrust",
+}
 
 
 class PlannerNode(Node):
@@ -67,11 +74,20 @@ class PlannerNode(Node):
         self._state_publisher = self.create_publisher(MissionState, topics.MISSION_STATE, STATE)
         self._beat_publisher = self.create_publisher(Header, topics.PLANNER_HEARTBEAT, CONTROL)
         self._diagnostics_publisher = self.create_publisher(DiagnosticArray, topics.DIAGNOSTICS, BULK)
-        self._sequencer = MissionSequencer(mu_count, self._rules, control, self._publish_state, self._publish_beat)
+        self._sequencer = MissionSequencer(
+            mu_count,
+            self._rules,
+            control,
+            self._publish_state,
+            self._publish_beat,
+            mission_id=secrets.randbits(64) | 1,  # 0 is a message nobody has filled
+        )
         self._beat = Header(frame_id=topics.FRAME)
-        self._debris = NewestOdometry("debris odometry", self._drop, tuple(self._settings.debris_position) or None)
+        place = tuple(self._settings.debris_position) or None
+        self._debris = NewestOdometry("debris odometry", control, self._drop, place)
         self._net = _UNKNOWN
         self._net_ns = -1
+        self._net_clock = StampGuard(control)
         self._locked: list[bool] = []
         self._decided_ns = -1
         self._dropped = 0
@@ -87,7 +103,7 @@ class PlannerNode(Node):
         for mu in range(1, mu_count + 1):
             self.create_subscription(MuStatus, topics.mu_status(mu), self._on_status, STATE)
         self._pairs = DockedPairs(mu_count, self._rules.docking_distance_m)
-        self._swarm = SwarmCentroid(mu_count, control.watchdog_periods * control.period_ns)
+        self._swarm = SwarmCentroid(mu_count, control, self._drop)
         if self._settings.simulated:
             self.create_subscription(NetState, topics.NET_STATE, self._on_net, BULK)
         if not self._settings.simulated or design(mu_count).closes_by_docking:
@@ -104,9 +120,12 @@ class PlannerNode(Node):
 
     def _on_net(self, message: NetState) -> None:
         stamp_ns = nanoseconds(message.header.stamp)
-        if stamp_ns <= self._net_ns:
-            self._drop("net state", "its stamp is not newer than the last one")
+        step = self._net_clock.take(stamp_ns)
+        if not step.good:
+            self._drop("net state", self._net_clock.why(stamp_ns))
             return
+        if step is Step.ANEW:
+            self._decided_ns = -1
         self._decide(complete=False)  # a tick that still lacks an MU's odometry does without now that time has gone on
         center = coordinates(message.center_of_mass)
         if not finite(*center):
@@ -119,7 +138,8 @@ class PlannerNode(Node):
 
     def _on_debris(self, data: bytes) -> None:
         if self._debris.take(data):
-            self._sequencer.saw_time(self._debris.stamp_ns)
+            if self._settings.simulated:  # else the swarm's time counts: the debris' tracker may have another clock
+                self._sequencer.saw_time(self._debris.stamp_ns)
             self._decide()
 
     def _on_mu(self, mu: int, data: bytes) -> None:
@@ -136,7 +156,7 @@ class PlannerNode(Node):
         if self._settings.simulated:
             self._decide()
             return
-        self._sequencer.saw_time(stamp_ns)
+        self._sequencer.saw_time(swarm.newest_ns)
         if tick is not None:
             if self._sequencer.mission.closing:
                 self._pairs.update(swarm.positions)
@@ -223,7 +243,8 @@ class PlannerNode(Node):
             raise ValueError(f"no odometry from {mu_names(drivers.missing)}: start the drivers first")
         for mu, late_ns in (drivers.behind if drivers is not None else {}).items():
             raise ValueError(
-                f"the newest odometry of MU {mu} is {late_ns * 1e-9:.2f} s older than the newest of all: "
+                f"the newest odometry of MU {mu} is {abs(late_ns) * NANOSECOND_S:.2f} s "
+                f"{'older than the newest of all' if late_ns > 0 else 'newer than that of the others'}: "
                 "its driver has stopped or the clocks are not synchronised"
             )
         if self._sequencer.mission.phase == Phase.WAITING:
@@ -295,8 +316,8 @@ class PlannerNode(Node):
         level, text = diagnostics.OK, mode.name
         if lost:
             level, text = diagnostics.ERROR, "does not answer"
-        elif mode == Mode.NO_ODOMETRY:
-            level, text = diagnostics.ERROR, "no odometry: zero thrust"
+        elif mode in _STOPPED:
+            level, text = diagnostics.ERROR, _STOPPED[mode]
         elif status.rejected_odometry or status.aiming_source == FALLBACK:
             level = diagnostics.WARN
         return diagnostics.entry(

@@ -11,7 +11,16 @@ import math
 import time
 from collections.abc import Callable, Iterable
 
-from tethernet_control.mission import Mission, Phase, abort, advance, arm, check_debris_position, launch
+from tethernet_control.mission import (
+    Mission,
+    Phase,
+    abort,
+    advance,
+    arm,
+    check_debris_position,
+    launch,
+    seconds_between,
+)
 from tethernet_control.plan_ahead import PlanAhead
 from tethernet_control.settings import NANOSECOND_S, ControlParameters, MissionParameters
 
@@ -33,6 +42,7 @@ class MissionSequencer:
         publish: Publish,
         beat: Beat,
         clock: Callable[[], float] = time.monotonic,
+        mission_id: int = 0,
     ):
         """Args:
         mu_count: 4 or 8.
@@ -41,8 +51,9 @@ class MissionSequencer:
         publish: called at every change and again when it is confirmed.
         beat: called once for every tick that has been decided on.
         clock: wall time [s].
+        mission_id: tells this planner's mission from that of any other.
         """
-        self.mission = Mission(mu_count)
+        self.mission = Mission(mu_count, mission_id=mission_id)
         self.confirmed = True
         self.lost: set[int] = set()
         self.stamp_ns = 0
@@ -92,8 +103,11 @@ class MissionSequencer:
         return True
 
     def saw_time(self, stamp_ns: int) -> None:
-        """Something was measured at ``stamp_ns``; the launch will not be before."""
-        self.stamp_ns = max(self.stamp_ns, stamp_ns)
+        """Something was measured at ``stamp_ns``; the launch will not be before. A time that is far back means that the
+        clock was set anew: whose stamps can be is decided where they are read.
+        """
+        if not 0.0 <= seconds_between(stamp_ns, self.stamp_ns) <= self._control.longest_gap_s:
+            self.stamp_ns = stamp_ns
 
     def measured(self, stamp_ns: int, net_position, debris_position, locked=(), look=None) -> None:
         """Decide on one control tick and beat for it, at once or when the change it caused is confirmed.

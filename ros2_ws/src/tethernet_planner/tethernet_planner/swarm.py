@@ -4,10 +4,14 @@ without a simulator).
 
 from __future__ import annotations
 
+import itertools
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 
 from tethernet_control.layout import design
+from tethernet_control.settings import ControlParameters
+from tethernet_control.step_guard import StampGuard, Step
 
 Point = tuple[float, float, float]
 
@@ -27,31 +31,48 @@ class SwarmCentroid:
 
     A tick is complete when every MU has given a sample newer than at the last tick; there is none before all have
     spoken. Later, an MU that has fallen silent is left out, so that one dead driver does not stop the mission; so is
-    one whose clock runs that far behind.
+    one whose clock runs behind or ahead of the others'.
     """
 
-    def __init__(self, mu_count: int, silent_ns: int):
+    def __init__(self, mu_count: int, control: ControlParameters, drop: Callable[[str, str], None] = lambda *_: None):
         """Args:
         mu_count: number of MUs.
-        silent_ns: an MU whose newest sample is older than the newest of all by more than this [ns] is left out.
+        control: an MU whose newest sample is off the swarm's time by more than its watchdog's patience is left out; it
+            says also which stamps can be.
+        drop: told (what, why) of every sample whose stamp cannot be.
         """
         self.positions: dict[int, Point] = {}
         self.velocities: dict[int, Point] = {}
-        self._stamps: dict[int, int] = {}
         self._fresh: set[int] = set()
-        self._mus = frozenset(range(1, mu_count + 1))
-        self._silent_ns = silent_ns
+        self._clocks = {mu: StampGuard(control) for mu in range(1, mu_count + 1)}
+        self._silent_ns = control.watchdog_periods * control.period_ns
+        self._drop = drop
 
     @property
     def missing(self) -> set[int]:
         """MUs that have never been heard of."""
-        return set(self._mus - self._stamps.keys())
+        return {mu for mu, clock in self._clocks.items() if clock.newest is None}
+
+    @property
+    def newest_ns(self) -> int:
+        """The swarm's time: the newest stamp that a second clock comes near to [ns]; 0 before anything is heard.
+
+        One clock that is wrong does not move it, and neither do MUs that have fallen silent.
+        """
+        stamps = sorted((clock.newest for clock in self._clocks.values() if clock.newest is not None), reverse=True)
+        for newer, older in itertools.pairwise(stamps):
+            if newer - older <= self._silent_ns:
+                return newer
+        return stamps[0] if stamps else 0
 
     @property
     def behind(self) -> dict[int, int]:
-        """MUs that are left out now, with how far their newest sample is behind the newest of all [ns]."""
-        newest_ns = max(self._stamps.values(), default=0)
-        return {mu: newest_ns - stamp for mu, stamp in self._stamps.items() if newest_ns - stamp > self._silent_ns}
+        """MUs that are left out now, with how far their newest sample is behind the swarm's time [ns]; below 0: ahead
+        of it.
+        """
+        newest_ns = self.newest_ns
+        late = {mu: newest_ns - clock.newest for mu, clock in self._clocks.items() if clock.newest is not None}
+        return {mu: late_ns for mu, late_ns in late.items() if abs(late_ns) > self._silent_ns}
 
     def awaited(self, stamp_ns: int, period_ns: int) -> set[int]:
         """MUs whose sample of a control tick is still to come: those that keep step with the ticks and have not fallen
@@ -63,8 +84,10 @@ class SwarmCentroid:
         """
         return {
             mu
-            for mu, stamp in self._stamps.items()
-            if stamp % period_ns == 0 and 0 < stamp_ns - stamp <= self._silent_ns
+            for mu, clock in self._clocks.items()
+            if clock.newest is not None
+            and clock.newest % period_ns == 0
+            and 0 < stamp_ns - clock.newest <= self._silent_ns
         }
 
     def update(self, mu: int, stamp_ns: int, position: Point, velocity: Point = (0.0, 0.0, 0.0)) -> SwarmTick | None:
@@ -79,16 +102,20 @@ class SwarmCentroid:
         Returns:
             The tick that this sample completes, if it does.
         """
-        if stamp_ns <= self._stamps.get(mu, -1):
+        clock = self._clocks[mu]
+        step = clock.take(stamp_ns)
+        if not step.good:
+            if step is Step.JUMP:
+                self._drop(f"odometry of MU {mu}", clock.why(stamp_ns))
             return None
-        self._stamps[mu], self.positions[mu], self.velocities[mu] = stamp_ns, position, velocity
+        self.positions[mu], self.velocities[mu] = position, velocity
         self._fresh.add(mu)
-        present = self._stamps.keys() - self.behind.keys()
+        present = self._clocks.keys() - self.behind.keys()
         if self.missing or not present <= self._fresh:
             return None
         self._fresh.clear()
         centroid = tuple(sum(self.positions[mu][axis] for mu in present) / len(present) for axis in range(3))
-        return SwarmTick(max(self._stamps.values()), centroid)
+        return SwarmTick(self.newest_ns, centroid)
 
 
 class DockedPairs:

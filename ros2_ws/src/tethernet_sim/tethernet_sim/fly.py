@@ -232,6 +232,7 @@ class _Flight:
                     self.off[b] = [mission.docked(mu, stamp_ns) for mu in range(1, mission.mu_count + 1)]
                 if stamp_ns >= mission.end_ns:
                     self.off[b] = True
+            self.off[b] |= self.fuel[b] >= control.propellant_kg
         control_kernels.command(
             self.law, flying, position, velocity, seconds_between(0, stamp_ns), self.closing_elapsed,
             self.closing_duration, control.period_ns * NANOSECOND_S, self.off, self.start, self.aim, self.close,

@@ -115,7 +115,7 @@ class Outcome:
     net_debris_distance_m: float
     """Between the centres of mass at the end [m]."""
     max_tracking_error_m: float
-    """Largest distance of any MU's measured position from its desired one [m]."""
+    """Largest distance of any MU's estimated position, as its controller has it, from its desired one [m]."""
     seed: int
     mus: int
     error: str = ""

@@ -25,6 +25,7 @@ from visualization_msgs.msg import MarkerArray
 
 from tethernet_control import law
 from tethernet_control.mission import Mission, Phase, seconds_between
+from tethernet_control.mission_gate import MissionGate
 from tethernet_control.ros import diagnostics, qos, topics
 from tethernet_control.ros.conversions import (
     MessageError,
@@ -39,6 +40,7 @@ from tethernet_control.ros.parameters import NODE_OPTIONS, declare
 from tethernet_control.settings import NANOSECOND_S, ControlParameters, MissionParameters
 from tethernet_msgs.msg import MissionState, NetState, SimStatus
 
+from .latency import LatencyCount
 from .lockstep import Barrier, ThrustBook
 from .ros.markers import Markers
 from .ros.messages import BodyOdometry, MuOdometry, NetStateMessage, Transforms
@@ -75,7 +77,7 @@ class SimNode(Node):
             self.world.target_pos[0, mu - 1] = self.world.state.mu_pos[0, mu - 1]
         self.noise = OdometryNoise(self.scenario.seed, mus, self.control)
         self.lockstep = self.scenario.pace == "lockstep"
-        self.mission = Mission(mus)
+        self.gate = MissionGate(Mission(mus))
         self.stamp_ns = 0
         self.flying = self.finished = self._untold = False
         self.books = {mu: ThrustBook(self.control) for mu in self.mus}
@@ -83,7 +85,7 @@ class SimNode(Node):
             frozenset([PLANNER, *map(topics.mu_frame, self.mus), *(f"{_EXTERNAL}{mu}" for mu in self.external)])
         )
         self.fuel = np.zeros(mus)
-        self.latencies: list[float] = []
+        self.latencies = LatencyCount()
         self._sent_at = [0.0] * mus
         self._launched_at = self._opened_at = 0.0
         self._make_publishers()
@@ -96,6 +98,11 @@ class SimNode(Node):
             self._timer.cancel()
         self._publish_body(DEBRIS)
         self._publish_body(CHASER)
+
+    @property
+    def mission(self) -> Mission:
+        """The newest state of the mission that counts."""
+        return self.gate.mission
 
     def _initial_debris(self):
         s = self.scenario
@@ -131,7 +138,13 @@ class SimNode(Node):
         except MessageError as error:
             self.get_logger().error(f"mission state ignored: {error}")
             return
-        self.mission = mission
+        if not self.gate.take(mission) and not self.gate.is_present(mission):
+            self.get_logger().warning(
+                f"state {mission.sequence} ({mission.phase.name}) of planner {mission.mission_id}'s mission ignored: "
+                f"that of {self.mission.mission_id} is flown, in state {self.mission.sequence}",
+                throttle_duration_sec=1.0,
+            )
+            return
         if mission.phase.over:
             self._finish()
         elif mission.phase == Phase.DEPLOYING and message.confirmed and not self.flying and not self.finished:
@@ -152,7 +165,7 @@ class SimNode(Node):
             return  # a watchdog's afterthought on a slow machine must not change what was already answered
         force = message.wrench.force
         if self.books[mu].take(stamp_ns, (force.x, force.y, force.z), self.stamp_ns) and stamp_ns == self.stamp_ns:
-            self.latencies.append(time.perf_counter() - self._sent_at[mu - 1])
+            self.latencies.add(time.perf_counter() - self._sent_at[mu - 1])
         self._answered(name, stamp_ns)
 
     def _on_external(self, mu: int, message: Odometry) -> None:
@@ -161,9 +174,16 @@ class SimNode(Node):
         except MessageError as error:
             self.get_logger().warning(f"odometry of external MU {mu} ignored: {error}", throttle_duration_sec=5.0)
             return
+        # The sample may be older than the tick: the stand-in follows where the MU is now.
+        age = seconds_between(stamp_ns, self.stamp_ns)
+        if not 0.0 <= age <= seconds_between(0, self.control.held_ns):
+            self.get_logger().warning(
+                f"odometry of external MU {mu} ignored: its stamp is {age:.3g} s older than the tick; "
+                f"allowed: 0 to {seconds_between(0, self.control.held_ns):g} s, by {topics.CLOCK}",
+                throttle_duration_sec=5.0,
+            )
+            return
         if finite(*position, *velocity):
-            # The sample may be older than the tick: the stand-in follows where the MU is now.
-            age = max(0.0, seconds_between(stamp_ns, self.stamp_ns))
             self.world.target_vel[0, mu - 1] = velocity
             self.world.target_pos[0, mu - 1] = np.add(position, np.multiply(velocity, age))
         self._answered(f"{_EXTERNAL}{mu}", stamp_ns)
@@ -267,10 +287,8 @@ class SimNode(Node):
             lost_controllers=[mu for mu in self.mus if topics.mu_frame(mu) in self.barrier.lost],
             applied_fuel=self.fuel.tolist(),
         )
-        if self.latencies:
-            message.latency_p50, message.latency_p99, message.latency_max = np.quantile(
-                self.latencies, [0.5, 0.99, 1.0]
-            ).tolist()
+        message.latency_p50, message.latency_p99 = map(self.latencies.quantile, (0.5, 0.99))
+        message.latency_max = self.latencies.longest_s
         set_stamp(message.header.stamp, self.stamp_ns)
         message.header.frame_id = topics.FRAME
         self._status_out.publish(message)

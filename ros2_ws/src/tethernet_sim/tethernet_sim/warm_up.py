@@ -5,15 +5,23 @@ One process compiles, so that the processes of a mission, and the workers of a c
 
 from __future__ import annotations
 
+if __name__ == "__main__":
+    from tethernet_control.quiet_start import command_start
+
+    command_start()
+
 import sys
 import time
 from collections.abc import Callable
 from typing import Any
 
+from tethernet_control.command import command
+
 COMPILING = "compiling the physics kernels"
 COMPILED = "compiled the physics kernels"
 
 
+@command
 def main() -> int:
     """Compile every kernel by flying a fifth of a second of each design. Returns 0."""
     from .fly import Settings, fly

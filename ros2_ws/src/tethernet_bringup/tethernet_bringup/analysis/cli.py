@@ -2,11 +2,18 @@
 
 from __future__ import annotations
 
+if __name__ == "__main__":
+    from tethernet_control.quiet_start import command_start
+
+    command_start()
+
 import json
 import os
 import sys
 from collections.abc import Sequence
 from pathlib import Path
+
+from tethernet_control.command import command
 
 from ..bag_errors import BagError
 from . import arguments
@@ -14,6 +21,7 @@ from . import arguments
 DONE, FAULT = 0, 1
 
 
+@command
 def main(argv: Sequence[str] | None = None) -> int:
     """Analyse a mission.
 

@@ -4,6 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+from tethernet_control.settings import ControlParameters
+from tethernet_control.step_guard import StampGuard
+
 from .conversions import MessageError, Vector, finite
 from .serialized_odometry import serialized_odometry_values
 
@@ -11,9 +14,16 @@ from .serialized_odometry import serialized_odometry_values
 class NewestOdometry:
     """Keeps the newest sample; what is older, not finite or makes no sense is dropped and told."""
 
-    def __init__(self, name: str, drop: Callable[[str, str], None], position: Vector | None = None):
+    def __init__(
+        self,
+        name: str,
+        control: ControlParameters,
+        drop: Callable[[str, str], None],
+        position: Vector | None = None,
+    ):
         """Args:
         name: of the odometry, for what is told.
+        control: says which stamps can be.
         drop: told (name, why) of every sample that is dropped.
         position: where the body is before anything is heard [m], if that is known.
         """
@@ -26,22 +36,23 @@ class NewestOdometry:
         self.data: bytes | None = None
         """The whole serialized nav_msgs/Odometry, likewise."""
         self._name, self._drop = name, drop
+        self._clock = StampGuard(control)
 
     def take(self, data: bytes) -> bool:
         """Take one serialized nav_msgs/Odometry.
 
         Returns:
-            True when its stamp is newer: time has gone on, even where the numbers are not finite and the last good ones
-            stand.
+            True when its stamp is newer, or its clock was set anew: time has gone on, even where the numbers are not
+            finite and the last good ones stand.
         """
         try:
             stamp_ns, position, velocity = serialized_odometry_values(data)
         except MessageError as error:
             self._drop(self._name, str(error))
             return False
-        if stamp_ns <= self.stamp_ns:
-            if stamp_ns < self.stamp_ns:  # else it is latched and told again
-                self._drop(self._name, "its stamp is older than the last one")
+        if not self._clock.take(stamp_ns).good:
+            if stamp_ns != self.stamp_ns:  # else it is latched and told again
+                self._drop(self._name, self._clock.why(stamp_ns))
             return False
         self.stamp_ns = stamp_ns
         if finite(*position, *velocity):

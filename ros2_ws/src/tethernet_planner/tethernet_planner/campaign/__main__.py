@@ -1,5 +1,9 @@
-import sys
+from tethernet_control.quiet_start import command_start
 
-from .cli import main
+command_start()
+
+import sys  # noqa: E402
+
+from .cli import main  # noqa: E402
 
 sys.exit(main())

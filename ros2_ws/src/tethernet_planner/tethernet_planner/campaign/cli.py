@@ -8,6 +8,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
+from tethernet_control.command import command
 from tethernet_control.parameters import ParameterError
 from tethernet_sim.fly import Settings
 
@@ -25,6 +26,7 @@ FAULT, USAGE, INTERRUPTED = 1, 2, 130
 MAPS = {"attitude": attitude_map.draw, "tumble": tumble_map.draw}
 
 
+@command
 def main(argv: Sequence[str] | None = None) -> int:
     """Do what the command line says.
 

@@ -4,6 +4,11 @@
 
 from __future__ import annotations
 
+if __name__ == "__main__":
+    from tethernet_control.quiet_start import command_start
+
+    command_start()
+
 import argparse
 import sys
 from collections.abc import Sequence
@@ -12,6 +17,7 @@ from typing import Any
 
 import numpy as np
 
+from tethernet_control.command import command
 from tethernet_control.layout import design
 from tethernet_sim.fly import Settings
 
@@ -151,6 +157,7 @@ def draw_winches(found: dict[str, Summary]) -> Any:
     return figure
 
 
+@command
 def main(argv: Sequence[str] | None = None) -> int:
     """Fly, print the table, write it and the picture. Returns 0; 2 for bad usage; 130 when interrupted."""
     from .errors import CampaignError

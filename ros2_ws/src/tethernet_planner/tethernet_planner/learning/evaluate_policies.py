@@ -2,6 +2,11 @@
 
 from __future__ import annotations
 
+if __name__ == "__main__":
+    from tethernet_control.quiet_start import command_start
+
+    command_start()
+
 import argparse
 import json
 import sys
@@ -11,6 +16,7 @@ from pathlib import Path
 from typing import Any
 
 from tethernet_control import atomic_file
+from tethernet_control.command import command
 from tethernet_control.parameters import ParameterError
 from tethernet_sim import cores
 from tethernet_sim.fly import CHUNK, Settings
@@ -61,6 +67,7 @@ def _arguments(argv: Sequence[str] | None) -> argparse.Namespace:
     return options
 
 
+@command
 def main(argv: Sequence[str] | None = None) -> int:
     """Fly, print the table, write the files. Returns 0; 1 for a folder or cluster that fails, 2 for bad usage."""
     options = _arguments(argv)

@@ -5,6 +5,11 @@
 
 from __future__ import annotations
 
+if __name__ == "__main__":
+    from tethernet_control.quiet_start import command_start
+
+    command_start()
+
 import argparse
 import dataclasses
 import functools
@@ -14,6 +19,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from tethernet_control import atomic_file
+from tethernet_control.command import command
 from tethernet_sim.fly import Settings
 from tethernet_sim.scenario import Scenario
 
@@ -146,6 +152,7 @@ def _arguments(argv: Sequence[str] | None) -> argparse.Namespace:
     return options
 
 
+@command
 def main(argv: Sequence[str] | None = None) -> int:
     """Fly and write. Returns 0; 1 for a cluster that cannot be used, 2 for bad usage or a folder with another run."""
     options = _arguments(argv)

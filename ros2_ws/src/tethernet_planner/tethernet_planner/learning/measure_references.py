@@ -7,6 +7,11 @@ half, as the paper's converged rewards (1.5 with 4 MUs, 2.0 with 8) show it.
 
 from __future__ import annotations
 
+if __name__ == "__main__":
+    from tethernet_control.quiet_start import command_start
+
+    command_start()
+
 import argparse
 import json
 import sys
@@ -16,6 +21,7 @@ from pathlib import Path
 import numpy as np
 
 from tethernet_control import atomic_file
+from tethernet_control.command import command
 from tethernet_sim.fly import Settings, fly_many
 
 from . import flown, model_file, reward, task
@@ -44,6 +50,7 @@ def measure(mus: int, count: int, seed: int, settings: Settings) -> dict:
     }
 
 
+@command
 def main(argv: Sequence[str] | None = None) -> int:
     """Measure and write. Returns 0."""
     parser = argparse.ArgumentParser(

@@ -7,6 +7,11 @@ apart may end differently, and that bounds what a surrogate can be right in.
 
 from __future__ import annotations
 
+if __name__ == "__main__":
+    from tethernet_control.quiet_start import command_start
+
+    command_start()
+
 import argparse
 import sys
 from collections.abc import Sequence
@@ -14,6 +19,7 @@ from pathlib import Path
 
 import numpy as np
 
+from tethernet_control.command import command
 from tethernet_sim.fly import Settings, fly_many
 from tethernet_sim.model import KNOTS
 from tethernet_sim.scenario import Outcome, Scenario
@@ -81,6 +87,7 @@ def _displaced(chosen: Sequence[Scenario], settings: Settings, seed: int) -> lis
     return fly_many(chosen, settings, at_trigger=displace)
 
 
+@command
 def main(argv: Sequence[str] | None = None) -> int:
     """Measure and print. Returns 0; 2 for bad usage."""
     parser = argparse.ArgumentParser(

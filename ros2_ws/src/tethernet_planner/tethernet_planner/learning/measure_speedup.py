@@ -2,12 +2,18 @@
 
 from __future__ import annotations
 
+if __name__ == "__main__":
+    from tethernet_control.quiet_start import command_start
+
+    command_start()
+
 import argparse
 import sys
 import time
 from collections.abc import Sequence
 from pathlib import Path
 
+from tethernet_control.command import command
 from tethernet_sim.fly import Settings
 
 from . import run_folder, sources, task
@@ -33,6 +39,7 @@ def measure(surrogate: Surrogate, count: int, settings: Settings) -> dict:
     return {"mus": surrogate.mus, "episodes": count, "seconds_per_episode": seconds, "speedup": ratio}
 
 
+@command
 def main(argv: Sequence[str] | None = None) -> int:
     """Measure and print. Returns 0; 2 for a wrong file."""
     parser = argparse.ArgumentParser(

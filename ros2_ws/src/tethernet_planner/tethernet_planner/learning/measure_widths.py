@@ -6,6 +6,11 @@ person would look for less fuel, and what a policy's savings are to be seen agai
 
 from __future__ import annotations
 
+if __name__ == "__main__":
+    from tethernet_control.quiet_start import command_start
+
+    command_start()
+
 import argparse
 import dataclasses
 import sys
@@ -13,6 +18,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from tethernet_control.command import command
 from tethernet_control.layout import design
 from tethernet_sim.fly import Settings, fly_many
 
@@ -54,6 +60,7 @@ def measure(mus: int, factor: float, count: int, seed: int, settings: Settings) 
     }
 
 
+@command
 def main(argv: Sequence[str] | None = None) -> int:
     """Measure and print a table. Returns 0; 2 for bad usage."""
     parser = argparse.ArgumentParser(

@@ -2,10 +2,17 @@
 
 from __future__ import annotations
 
+if __name__ == "__main__":
+    from tethernet_control.quiet_start import command_start
+
+    command_start()
+
 import argparse
 import dataclasses
 import sys
 from collections.abc import Sequence
+
+from tethernet_control.command import command
 
 from . import model_file, run_folder, run_options
 from .offset_search import SearchSettings, search
@@ -13,6 +20,7 @@ from .progress import Progress
 from .train_policy import POLICY
 
 
+@command
 def main(argv: Sequence[str] | None = None) -> int:
     """Search. Returns 0; 2 for bad usage or a folder with another run."""
     parser = argparse.ArgumentParser(

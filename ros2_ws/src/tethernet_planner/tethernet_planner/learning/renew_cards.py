@@ -2,6 +2,11 @@
 
 from __future__ import annotations
 
+if __name__ == "__main__":
+    from tethernet_control.quiet_start import command_start
+
+    command_start()
+
 import argparse
 import sys
 import time
@@ -10,6 +15,7 @@ from pathlib import Path
 from typing import Any
 
 from tethernet_control.atomic_file import write_text
+from tethernet_control.command import command
 from tethernet_sim import cores
 from tethernet_sim.fly import Settings
 from tethernet_sim.scenario import Outcome
@@ -117,6 +123,7 @@ def _write(kind: str, model: AimingPolicy | Surrogate, content: dict[str, Any], 
     write_text(file.with_suffix(".md"), card)
 
 
+@command
 def main(argv: Sequence[str] | None = None) -> int:
     """Measure and write. Returns 0; 1 for files that cannot be written, 2 for a model that is not there."""
     parser = argparse.ArgumentParser(

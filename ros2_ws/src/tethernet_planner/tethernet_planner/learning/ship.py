@@ -2,6 +2,11 @@
 
 from __future__ import annotations
 
+if __name__ == "__main__":
+    from tethernet_control.quiet_start import command_start
+
+    command_start()
+
 import argparse
 import json
 import shutil
@@ -10,6 +15,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from tethernet_control import atomic_file
+from tethernet_control.command import command
 
 from .. import shipped_models
 from .model_card import card
@@ -60,6 +66,7 @@ def _load(file: Path) -> tuple[str, AimingPolicy | Surrogate]:
     raise ModelFileError(reasons[0] if len(set(reasons)) == 1 else "; ".join(reasons))
 
 
+@command
 def main(argv: Sequence[str] | None = None) -> int:
     """Ship. Returns 0; 2 for a wrong file."""
     parser = argparse.ArgumentParser(

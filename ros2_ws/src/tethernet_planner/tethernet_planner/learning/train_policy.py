@@ -2,6 +2,11 @@
 
 from __future__ import annotations
 
+if __name__ == "__main__":
+    from tethernet_control.quiet_start import command_start
+
+    command_start()
+
 import argparse
 import dataclasses
 import json
@@ -11,6 +16,8 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
+
+from tethernet_control.command import command
 
 from . import checkpoint, history, model_file, run_folder, run_options, sources
 from .policy_file import KIND
@@ -71,6 +78,7 @@ def train(folder: Path, settings: PpoSettings, source: sources.Source, reward: R
     return folder / POLICY
 
 
+@command
 def main(argv: Sequence[str] | None = None) -> int:
     """Train. Returns 0; 2 for bad usage or a folder with another run."""
     parser = argparse.ArgumentParser(

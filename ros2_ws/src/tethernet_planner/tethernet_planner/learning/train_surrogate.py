@@ -5,6 +5,11 @@
 
 from __future__ import annotations
 
+if __name__ == "__main__":
+    from tethernet_control.quiet_start import command_start
+
+    command_start()
+
 import argparse
 import dataclasses
 import json
@@ -15,6 +20,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from tethernet_control import atomic_file
+from tethernet_control.command import command
 
 from . import data_set, model_file, run_folder, surrogate_report, train_networks, train_trees
 from .progress import Progress
@@ -85,6 +91,7 @@ def _arguments(argv: Sequence[str] | None) -> argparse.Namespace:
     return parser.parse_args(argv)
 
 
+@command
 def main(argv: Sequence[str] | None = None) -> int:
     """Train, test, write. Returns 0; 2 for bad usage."""
     options = _arguments(argv)

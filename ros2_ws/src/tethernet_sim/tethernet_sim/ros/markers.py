@@ -88,5 +88,6 @@ def _marker(name: str, kind: int, color, width: float, height: float) -> Marker:
 
 def _line(name: str, kind: int, color, points: list[Point]) -> Marker:
     marker = _marker(name, kind, color, 0.03, 0.0)
+    marker.scale.y = 0.0  # a line has but its width, x
     marker.points = points
     return marker
