@@ -149,7 +149,7 @@ def test_the_command_tells_what_was_recovered(tmp_path, whole, capsys):
         (lambda p: p.write_bytes(b""), "is empty"),
         (lambda p: p.write_bytes(b"hello, I am no bag"), "is no MCAP file"),
         (lambda p: p.mkdir(), "holds no bag"),
-        (lambda p: (p.mkdir(), (p / "old.db3").touch()), "is an SQLite bag"),
+        (lambda p: (p.mkdir(), (p / "old.db3").touch()), "is empty"),
         (lambda p: (p.mkdir(), (p / "bag_0.mcap").write_bytes(b"\x89MCAP0\r\n")), "not one message can be recovered"),
     ],
 )

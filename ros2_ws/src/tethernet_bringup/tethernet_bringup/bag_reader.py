@@ -13,8 +13,12 @@ from pathlib import Path
 from .bag_contents import BagContents, BagMessage
 from .bag_errors import BagError, NotABagError
 from .mcap_scan import McapScan
+from .sqlite_scan import MAGIC as SQLITE_MAGIC
+from .sqlite_scan import SqliteScan
 
 __all__ = ["BagMessage", "BagReader", "open_bag"]
+
+_PATTERNS = ("*.mcap", "*.db3")
 
 
 @dataclass
@@ -41,7 +45,10 @@ class BagReader(BagContents):
         for path in self.files:
             try:
                 with path.open("rb") as stream:
-                    yield from McapScan(self, path, stream, wanted).messages()
+                    if stream.read(len(SQLITE_MAGIC)) == SQLITE_MAGIC:
+                        yield from SqliteScan(self, path, wanted).messages()
+                    else:
+                        yield from McapScan(self, path, stream, wanted).messages()
             except OSError as error:
                 raise BagError(f"cannot read {path}: {error.strerror}") from error
 
@@ -50,24 +57,26 @@ def open_bag(path: str | os.PathLike) -> BagReader:
     """Find the bag that a user means.
 
     Args:
-        path: a run's folder, a bag's folder, or an MCAP file.
+        path: a run's folder, a bag's folder, or an MCAP or SQLite file. Files are found by their names, whatever
+            metadata.yaml says: it may be missing, damaged, or lead out of the folder.
 
     Raises:
         NotABagError: when there is none, saying what was expected.
     """
     path = Path(path)
-    expected = "expected a run's folder, a bag's folder with a .mcap file in it, or a .mcap file"
+    expected = "expected a run's folder, a bag's folder with .mcap or .db3 files in it, or one of these files"
     if not path.exists():
         raise NotABagError(f"{path} does not exist; {expected}")
     if path.is_file():
         return BagReader(files=[path])
     for folder in (path, path / "bag"):
-        files = sorted(folder.glob("*.mcap"), key=_part_number)
-        if files:
-            return BagReader(files=files)
-    if list(path.glob("*.db3")) or list(path.glob("bag/*.db3")):
-        raise NotABagError(f"{path} is an SQLite bag; {expected} ('ros2 bag convert' makes one)")
-    runs = sorted(folder.parent.name for folder in path.glob("*/bag") if any(folder.glob("*.mcap")))
+        for pattern in _PATTERNS:
+            files = sorted((file for file in folder.glob(pattern) if file.is_file()), key=_part_number)
+            if files:
+                return BagReader(files=files)
+    if compressed := [*path.glob("*.zstd"), *path.glob("bag/*.zstd")]:
+        raise NotABagError(f"{path} is compressed as a whole; decompress it first with: zstd -d {compressed[0]}")
+    runs = sorted(folder.parent.name for folder in path.glob("*/bag") if any(map(list, map(folder.glob, _PATTERNS))))
     if runs:
         raise NotABagError(f"{path} holds {len(runs)} runs; name one of them: {', '.join(runs[-5:])}")
     raise NotABagError(f"{path} holds no bag; {expected}")

@@ -28,7 +28,7 @@ def parse(argv: Sequence[str]) -> argparse.Namespace:
         allow_abbrev=False,
     )
     add = parser.add_argument
-    add("bag", type=Path, metavar="BAG", help="a run's folder, a bag's folder, or a .mcap file; it is only read")
+    add("bag", type=Path, metavar="BAG", help="a run's folder, a bag's folder, a .mcap or .db3 file; it is only read")
     add("--output", type=Path, metavar="DIR", help="folder for the pictures; default: analysis in the run's folder")
     add("--format", choices=FORMATS, default="png", help="of the pictures; default png")
     add("--json", action="store_true", help="write the table to DIR/analysis.json, too")
