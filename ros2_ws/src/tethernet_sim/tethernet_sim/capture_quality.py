@@ -46,7 +46,7 @@ class QualityParameters:
         choices=(KNOTS, ALL),
     )
 
-    def deciding(self, cqi, cqi_all):
+    def deciding(self, cqi: Numbers, cqi_all: Numbers) -> Numbers:
         """The CQI that decides: one of the two, as they are (numbers or arrays)."""
         return cqi_all if self.center_of_mass == ALL else cqi
 
