@@ -25,10 +25,11 @@ def header(seconds):
     return SimpleNamespace(stamp=stamp(seconds), frame_id="launch")
 
 
-def state(phase, launch=0.0, closing=0.0, end=0.0, reason=""):
+def state(phase, launch=0.0, closing=0.0, end=0.0, reason="", sequence=None, planner=7):
     return SimpleNamespace(
-        phase=int(phase), launch_time=stamp(launch), closing_time=stamp(closing), end_time=stamp(end), reason=reason
-    )
+        phase=int(phase), launch_time=stamp(launch), closing_time=stamp(closing), end_time=stamp(end), reason=reason,
+        sequence=int(phase) if sequence is None else sequence, mission_id=planner,
+    )  # fmt: skip
 
 
 def status(seconds, fuel=0.1, error=0.2, misses=0):
@@ -173,3 +174,20 @@ def test_one_clock_gone_wrong_does_not_make_a_mission_longer():
     record.statuses = {mu: SimpleNamespace(header=header(12.0)) for mu in range(1, 9)}
     record.statuses[3] = SimpleNamespace(header=header(1.7e9))
     assert record.most_flown_s == 7.0
+
+
+def test_states_that_do_not_count_are_not_put_on_record():
+    record = FlightRecord(mu_count=4, seed=1, policy="nominal")
+    record.take_state(state(Phase.DEPLOYING, 5.0))
+    for forged in (
+        state(Phase.COMPLETE, sequence=2**32 - 1),
+        state(Phase.COMPLETE, planner=0),
+        state(99, sequence=3),
+        state(Phase.ARMED),
+    ):
+        record.take_state(forged)
+        assert record.phase == Phase.DEPLOYING
+    record.take_state(state(Phase.CLOSING, 5.0))
+    assert record.phase == Phase.CLOSING
+    record.take_state(state(Phase.ABORTED, planner=0, sequence=1))
+    assert record.phase == Phase.ABORTED

@@ -139,8 +139,7 @@ class Monitor:
         return answer
 
     def _on_state(self, message: MissionState) -> None:
-        if self._record.state is None or message.sequence >= self._record.state.sequence:
-            self._record.take_state(message)
+        self._record.take_state(message)
 
     def _on_assessment(self, message: CaptureAssessment) -> None:
         self._record.progress = message

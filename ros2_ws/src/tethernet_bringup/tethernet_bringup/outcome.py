@@ -15,7 +15,8 @@ from typing import Any
 
 from tethernet_control.atomic_file import write_text
 from tethernet_control.layout import FALLBACK, design
-from tethernet_control.mission import Phase, seconds_between
+from tethernet_control.mission import Mission, Phase, seconds_between
+from tethernet_control.mission_gate import MissionGate
 
 FILE_NAME = "outcome.json"
 
@@ -68,6 +69,9 @@ class FlightRecord:
     interrupted_by: str = ""
     """Name of the signal that ended the mission early."""
 
+    def __post_init__(self) -> None:
+        self._gate = MissionGate(Mission(self.mu_count))
+
     @property
     def phase(self) -> Phase:
         """Where the mission stands."""
@@ -84,7 +88,12 @@ class FlightRecord:
         self.statuses = {}
 
     def take_state(self, state: Any) -> None:
-        """Take over a newer state of the mission."""
+        """Take over a state of the mission, where it counts; see :class:`MissionGate`."""
+        if state.phase > max(Phase):
+            return
+        heard = Mission(self.mu_count, phase=Phase(state.phase), sequence=state.sequence, mission_id=state.mission_id)
+        if not self._gate.take(heard) and not self._gate.is_present(heard):
+            return
         self.state = state
         if self.launch_ns is None and Phase.DEPLOYING <= state.phase < Phase.ABORTED:
             self.launch_ns = nanoseconds(state.launch_time)
