@@ -24,8 +24,9 @@ def thrust(error):
 '''
 
 
-def test_comments_layout_and_prose_do_not_count():
+def test_comments_annotations_layout_and_prose_do_not_count():
     again = SOURCE.replace("# proportional", "# another comment").replace('"""Newtons."""', '"""In newtons [N]."""')
+    again = again.replace("thrust(error)", "thrust(error: float) -> float")
     again = again.replace("is none", "is no error").replace("GAIN * error", "(GAIN\n        * error)")
     assert again != SOURCE
     assert flight_digest.meaning(again) == flight_digest.meaning(SOURCE)

@@ -31,6 +31,8 @@ LEFT_OUT = (
 )
 """Modules that read and write files: the values of parameters and the model itself count instead."""
 
+_ANNOTATIONS = ("annotation", "returns")
+
 _PARAMETERS = (PhysicsParameters, ControlParameters, MissionParameters, QualityParameters, ScenarioParameters)
 _PACKAGES = ("tethernet_control", "tethernet_sim", "tethernet_planner")
 
@@ -39,7 +41,7 @@ _PACKAGES = ("tethernet_control", "tethernet_sim", "tethernet_planner")
 def flight_digest() -> str:
     """Short hash of the code that flies, aims and predicts, and of the default parameters of flights and scenario.
 
-    Comments, docstrings, layout and texts for people do not count.
+    Comments, docstrings, annotations, layout and texts for people do not count.
     """
     parts = [f"{name}\n{meaning(_file(name).read_text(encoding='utf-8'))}".encode() for name in modules()]
     values = {kind.__name__: defaults(kind) for kind in _PARAMETERS}
@@ -69,7 +71,7 @@ def _told(node: object) -> Iterator[str]:
         yield type(node).__name__
         for name, content in ast.iter_fields(node):
             value = [item for item in content if not _is_text(item)] if isinstance(content, list) else content
-            if value is not None and value != []:
+            if value is not None and value != [] and name not in _ANNOTATIONS:
                 yield f".{name}"
                 yield from _told(value)
     elif isinstance(node, list):
