@@ -7,6 +7,7 @@ import signal
 import subprocess
 import sys
 import time
+import warnings
 from collections import defaultdict
 from collections.abc import Callable
 from pathlib import Path
@@ -162,6 +163,24 @@ class Process:
         self._popen.wait()
 
 
+_hangs: list[str] = []
+MOST_HANGS_IN_ALL = 2
+"""In one run of the tests, which starts some hundred nodes."""
+
+
+def count_hangs(nodes: list[str]) -> None:
+    """Account for nodes that hung in the middleware after all that was their own to do, and were ended by SIGALRM.
+
+    Only tethernet_control.ros.executor.bound_the_end sets that alarm, with nothing left but to leave the graph. It is
+    the last resort against a known fault of Fast DDS: rare, said when it happens, and a failure when it is common.
+    """
+    for node in nodes:
+        _hangs.append(node)
+        warnings.warn(f"{node} hung in the middleware when it left, and was ended by SIGALRM", stacklevel=2)
+    assert len(nodes) <= 1, f"hung in the middleware together: {nodes}"
+    assert len(_hangs) <= MOST_HANGS_IN_ALL, f"the middleware hangs too often: {_hangs}"
+
+
 class Processes:
     """Starts processes for one test, stops them with SIGINT at its end and checks how every one of them ended."""
 
@@ -194,10 +213,12 @@ class Processes:
         """Stop all and check their exit statuses and that no traceback was printed."""
         for process in self._all:
             process.send(signal.SIGINT)
-        wrong = []
+        wrong, hung = [], []
         for process in self._all:
             status = process.wait()
-            # SIGALRM ends who hangs in the middleware after all that is his own to do.
-            if status not in process.expected | {-signal.SIGALRM} or "Traceback" in process.output:
+            if status == -signal.SIGALRM:
+                hung.append(process.name)
+            elif status not in process.expected or "Traceback" in process.output:
                 wrong.append(f"{process.name} ended with {status}, expected {process.expected}:\n{process.output}")
         assert not wrong, "\n\n".join(wrong)
+        count_hangs(hung)

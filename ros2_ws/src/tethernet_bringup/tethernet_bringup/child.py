@@ -4,7 +4,7 @@
 
 Standard input is a pipe into which nobody ever writes. It ends when the supervisor does, however that died; then this
 process ends like after Ctrl-C, and by force where that takes too long. So not even ``kill -9`` of the supervisor leaves
-a node behind.
+a node behind, nor the mission's shared memory, see :mod:`tethernet_bringup.sweeper`.
 """
 
 from __future__ import annotations
@@ -16,12 +16,19 @@ import sys
 import threading
 import time
 
+from . import sweeper
+
 PATIENCE_S = 5.0
 
 
 def _end_with_supervisor() -> None:
     while os.read(0, 1):
         pass
+    try:
+        sweeper.start()  # nobody else is left to do that
+        time.sleep(sweeper.HEAD_START_S)
+    except Exception as error:  # whatever it is, this process has to end
+        print(f"the shared memory stays behind: {error}", file=sys.stderr, flush=True)
     os.kill(os.getpid(), signal.SIGINT)
     time.sleep(PATIENCE_S)  # the process ends within this time, or is made to
     os.kill(os.getpid(), signal.SIGKILL)
