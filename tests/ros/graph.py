@@ -216,7 +216,7 @@ class Processes:
         wrong, hung = [], []
         for process in self._all:
             status = process.wait()
-            if status == -signal.SIGALRM:
+            if status == -signal.SIGALRM and status not in process.expected:
                 hung.append(process.name)
             elif status not in process.expected or "Traceback" in process.output:
                 wrong.append(f"{process.name} ended with {status}, expected {process.expected}:\n{process.output}")

@@ -113,7 +113,7 @@ def test_who_hangs_in_the_middleware_when_he_leaves_is_ended(processes, tmp_path
         "        ctypes.PyDLL(None).pause()  # with the interpreter's lock\n"
         "raise SystemExit(executor.run(Hanging))\n"
     )
-    process = processes.start("hanging", str(program))
+    process = processes.start("hanging", str(program), expected=-signal.SIGALRM)
     assert process.wait() == -signal.SIGALRM
     assert "stopped by ValueError: the reason" in process.output
     assert process.output.endswith("hangs\n")

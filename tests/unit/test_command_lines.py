@@ -132,6 +132,26 @@ def test_a_mission_that_cannot_be_prepared_has_an_outcome_all_the_same(capfd, mo
     assert "Traceback" not in told.out + told.err
 
 
+def test_what_cannot_be_made_sense_of_costs_no_outcome(capfd, monkeypatch, tmp_path):
+    import json
+
+    from tests.unit.test_outcome import flown
+
+    def fly(options, setup, folder, record, *_):
+        vars(record).update(vars(flown()))
+        record.state.phase = 99
+
+    monkeypatch.setattr(cli, "_fly", fly)
+    assert cli.main(["--output", str(tmp_path)]) == 1
+    [path] = tmp_path.glob("*/outcome.json")
+    outcome = json.loads(path.read_text())
+    assert (outcome["exit_status"], outcome["captured"]) == (1, False)
+    assert any("99 is not a valid Phase" in fault for fault in outcome["faults"])
+    told = capfd.readouterr()
+    assert "Traceback" not in told.out + told.err
+    assert "Traceback" in next(tmp_path.glob("*/logs/run_mission.log")).read_text()
+
+
 def test_an_outcome_that_cannot_be_written_is_the_reason_that_is_printed(capfd, monkeypatch, tmp_path):
     from tests.unit.test_outcome import flown
 

@@ -114,6 +114,35 @@ def test_what_could_not_be_measured_is_null_and_not_nan(tmp_path):
     assert json.loads(text)["mouth_area_m2"] is None
 
 
+def test_what_comes_from_no_unit_of_the_mission_counts_nowhere():
+    record = flown()
+    expected = outcome.build(record)
+    record.statuses[200] = status(40.0, fuel=99.0, error=5.0, misses=7)
+    assert outcome.build(record) == expected
+
+
+@pytest.mark.parametrize("first", [True, False])
+def test_a_number_that_is_none_takes_the_place_of_no_other(first):
+    record = flown()
+    broken = status(40.0, fuel=math.nan, error=math.nan)
+    record.statuses = {1: broken, 2: status(40.0, error=0.3)} if first else {1: status(40.0, error=0.3), 2: broken}
+    content = outcome.build(record)
+    assert content["max_tracking_error_m"] == 0.3
+    assert sorted(content["fuel_kg"][:2], key=lambda fuel: fuel is None) == [0.1, None]
+    json.dumps(content, allow_nan=False)
+
+
+def test_captured_is_what_the_exit_status_says():
+    cases = {"captured": flown(), "missed": flown(captured=False), "faulted": flown(), "nothing": flown()}
+    cases["faulted"].faults.append("nothing new has been heard")
+    cases["nothing"].forget_what_was_heard()
+    for name, record in cases.items():
+        content = outcome.build(record)
+        assert content["exit_status"] == outcome.exit_status(record), name
+        assert content["captured"] == (content["exit_status"] == 0), name
+    assert outcome.build(cases["faulted"])["cqi"] == 1.5, "what was measured is told all the same"
+
+
 def test_a_missed_mission_has_an_end_and_no_trigger():
     record = flown(captured=False)
     record.state = state(Phase.MISSED, end=40.0, reason="the net did not come near")

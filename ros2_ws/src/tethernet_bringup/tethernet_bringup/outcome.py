@@ -134,7 +134,8 @@ def build(record: FlightRecord) -> dict[str, Any]:
     final, trigger = record.final, record.trigger
     closing = record.state is not None and nanoseconds(record.state.closing_time) > 0
     late = sum(record.sim.late_commands) if record.sim is not None else 0
-    gaps = sum(status.deadline_misses for status in record.statuses.values())
+    own = [record.statuses[mu] for mu in _mus(record) if mu in record.statuses]
+    gaps = sum(status.deadline_misses for status in own)
     ended = record.phase in (Phase.COMPLETE, Phase.MISSED)
     trigger_time = _time(record, "closing_time") if closing and record.launched else None
     end_time = _time(record, "end_time") if ended and record.launched else None
@@ -151,7 +152,7 @@ def build(record: FlightRecord) -> dict[str, Any]:
         "fuel_at_trigger_kg": _per_mu(record, "fuel_at_trigger"),
         "mouth_area_m2": _number(trigger, "mouth_area"),
         "net_debris_distance_m": _number(final, "net_debris_distance"),
-        "max_tracking_error_m": max((s.max_tracking_error for s in record.statuses.values()), default=None),
+        "max_tracking_error_m": max(filter(math.isfinite, (s.max_tracking_error for s in own)), default=None),
         "wall_time_s": _rounded(record.wall_time_s),
         "real_time_factor": _real_time_factor(record),
         "messages": dict(sorted(record.messages.items())),
@@ -167,7 +168,7 @@ def build(record: FlightRecord) -> dict[str, Any]:
         "aiming_sources": [record.statuses[mu].aiming_source if mu in record.statuses else None for mu in _mus(record)],
         "late_commands": late,
         "odometry_gaps": gaps,
-        "rejected_odometry": sum(status.rejected_odometry for status in record.statuses.values()),
+        "rejected_odometry": sum(status.rejected_odometry for status in own),
         "rejected_commands": sum(record.sim.rejected_commands) if record.sim is not None else 0,
         "clipped_commands": sum(record.sim.clipped_commands) if record.sim is not None else 0,
         "latency_p50_ms": _milliseconds(record.sim, "latency_p50"),
