@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from tests.physics import diverging
-from tethernet_control import closing
+from tethernet_control import closing, law
 from tethernet_control.closing import off_course, sight
 from tethernet_control.controller import MuController
 from tethernet_control.layout import design
@@ -272,3 +272,13 @@ def test_stops_at_the_trigger_with_the_net_as_a_whole_flight_has_it():
         assert before.fuel_kg == after.fuel_at_trigger_kg
         assert before.mouth_area_m2 == after.mouth_area_m2
         assert (seen[number][0] == seen[number][1]).all()
+
+
+def test_the_propellant_is_a_budget_in_process_too():
+    """The same as in the controller: thrust ends within one period of the budget's end."""
+    settings = Settings.load(control={"propellant_kg": 0.004}, mission={"give_up_s": 6.0})
+    free = fly(Scenario(mus=4), Settings.load(mission={"give_up_s": 6.0}))
+    bounded = fly(Scenario(mus=4), settings)
+    tick = law.fuel_used((5.1, 5.1, 5.1), 0.05, 60.0, 9.81)
+    assert min(free.fuel_kg) > 0.004 + tick
+    assert all(0.004 <= fuel <= 0.004 + tick for fuel in bounded.fuel_kg)
