@@ -277,6 +277,7 @@ def _net(new, mus, stamp, time_s, positions):
     message = new["/net/state"](rows=23, columns=23)
     _head(message, stamp)
     _xyz(message.center_of_mass, points.mean(axis=0))
+    message.center_of_mass_all_valid = True
     _xyz(message.center_of_mass_all, np.mean(positions, axis=0))
     message.knot_positions = array.array("f", points.astype(np.float32).tobytes())
     message.knot_velocities = array.array("f", bytes(4 * points.size))
@@ -290,6 +291,9 @@ def _assessment(new, mus, stamp, time_s, stage=CaptureAssessment.PROGRESS):
     shape = design(mus)
     message = new["/capture/assessment"](
         stage=stage,
+        hull_valid=True,
+        cqi_all_valid=True,
+        distance_valid=True,
         cqi=0.9 + 30.0 * max(1.0 - time_s / 35.0, 0.0),
         cqi_all=1.7 + 30.0 * max(1.0 - time_s / 35.0, 0.0),
         mouth_area=535.0,

@@ -60,7 +60,9 @@ class Bench:
 
     def net(self, tick, knots, mus, locked=8, pairs=8, center=DEBRIS, columns=None):
         message = NetState(rows=1, columns=len(knots) if columns is None else columns)
+        message.header.frame_id = topics.FRAME
         message.center_of_mass = Point(x=center[0], y=center[1], z=center[2])
+        message.center_of_mass_all_valid = True
         message.center_of_mass_all = Point(x=center[0], y=center[1], z=center[2] + 1.0)
         message.knot_positions = array.array("f", knots.ravel())
         message.knot_velocities = array.array("f", bytes(4 * knots.size))
@@ -124,11 +126,13 @@ def test_a_surrogate_is_asked_at_the_trigger_and_the_end_tells_its_error(bench, 
     assert trigger.predicted_cqi == pytest.approx(1.5)
     assert trigger.predicted_locked_pairs == pytest.approx(5.0)
     assert trigger.predicted_capture_probability == pytest.approx(0.5)
-    assert math.isnan(trigger.cqi_error)
+    assert (trigger.cqi_error_valid, trigger.cqi_error) == (False, 0.0)
     b.debris(781)
     b.net(781, knots, knots[:8], locked=7)
     final = b.stage(CaptureAssessment.FINAL)
     assert final.predicted_cqi == trigger.predicted_cqi
+    assert final.cqi_error_valid
+    assert final.locked_pairs_error_valid
     assert final.cqi_error == final.cqi - trigger.predicted_cqi
     assert final.locked_pairs_error == pytest.approx(2.0)
 
@@ -173,7 +177,7 @@ def test_nan_is_dropped_and_the_verdict_still_comes(bench):
     b.net(781, knots, mus)
     b.net(782, *shape(8), columns=17)
     b.debris(782)
-    b.probe.wait_for(lambda: "not finite" in b.process.output, "complaint about NaN")
+    b.probe.wait_for(lambda: "knot_positions reaches nan; allowed: finite" in b.process.output, "complaint about NaN")
     b.tell(advance(b.mission, 781 * PERIOD, DEBRIS, DEBRIS, RULES, CONTROL_P))
     final = b.stage(CaptureAssessment.FINAL)
     assert nanoseconds(final.header.stamp) == 780 * PERIOD
@@ -221,7 +225,7 @@ def test_without_simulator_docked_pairs_come_from_the_mus_odometry(bench):
     final = b.stage(CaptureAssessment.FINAL)
     assert final.source == "mu_odometry"
     assert final.locked_pairs == 7  # docked once is docked for good
-    assert math.isnan(final.cqi)
+    assert (final.hull_valid, final.cqi, final.distance_valid) == (False, 0.0, True)
     assert "CQI not available" in final.verdict
 
 
@@ -230,7 +234,7 @@ def test_states_of_another_design_are_refused(bench):
     state = mission_message(launch(arm(Mission(4), DEBRIS, "nominal"), 0), 0, False)
     assert isinstance(state, MissionState)
     b.probe.publish(topics.MISSION_STATE, state, STATE, "assessor")
-    b.probe.wait_for(lambda: "a mission of 4 MUs, and this assessor expects 8" in b.process.output, "complaint")
+    b.probe.wait_for(lambda: "a mission of 4 MUs; allowed: 8" in b.process.output, "complaint")
 
 
 def test_every_tick_is_assessed_although_they_come_in_a_rush(bench):

@@ -2,23 +2,20 @@
 
 import math
 import random
+import struct
 
 import pytest
 from geometry_msgs.msg import Quaternion, Vector3
 from nav_msgs.msg import Odometry
 from rclpy.serialization import serialize_message
 
+from tethernet_control import rotation
 from tethernet_control.mission import Mission, abort, advance, arm, launch
 from tethernet_control.parameters import load
-from tethernet_control.ros.conversions import (
-    MessageError,
-    mission_from,
-    mission_message,
-    nanoseconds,
-    odometry_values,
-    time_message,
-)
-from tethernet_control.ros.serialized_odometry import serialized_odometry_values
+from tethernet_control.ros import checks
+from tethernet_control.ros.conversions import coordinates, mission_message, nanoseconds, time_message
+from tethernet_control.ros.serialized import odometry_sample
+from tethernet_control.ros.well_formed import MessageError
 from tethernet_control.settings import ControlParameters, MissionParameters
 
 DEBRIS = (0.1, 0.2, -50.0)
@@ -42,32 +39,54 @@ def odometry(generator, child="mu3", turned=False):
 @pytest.mark.parametrize("turned", [False, True])
 def test_bytes_say_the_same_as_the_message(length, turned):
     message = odometry(random.Random(length), "m" * length, turned)
-    assert serialized_odometry_values(serialize_message(message)) == odometry_values(message)
+    pose, twist = message.pose.pose, message.twist.twist
+    sample = odometry_sample(serialize_message(message))
+    q, velocity = pose.orientation, coordinates(twist.linear)
+    assert sample.stamp_ns == nanoseconds(message.header.stamp)
+    assert sample.position == coordinates(pose.position)
+    assert sample.attitude == (q.x, q.y, q.z, q.w)
+    assert (sample.linear, sample.angular) == (velocity, coordinates(twist.angular))
+    assert sample.velocity == (rotation.turned(rotation.unit(sample.attitude), velocity) if turned else velocity)
 
 
-def test_bytes_in_another_frame_or_without_attitude_are_refused_alike():
-    generator = random.Random(1)
-    wrong_frame, no_attitude = odometry(generator), odometry(generator)
-    wrong_frame.header.frame_id = "mäp"
-    no_attitude.pose.pose.orientation.w = 0.0
-    for message, words in ((wrong_frame, "frame 'mäp'; allowed: 'launch'"), (no_attitude, "norm 0; allowed: 1")):
-        for read, source in ((odometry_values, message), (serialized_odometry_values, serialize_message(message))):
-            with pytest.raises(MessageError) as error:
-                read(source)
-            assert words in str(error.value)
+def test_bytes_of_another_machine_say_the_same():
+    message = odometry(random.Random(5))
+    stamp = message.header.stamp
+    pose, twist = message.pose.pose, message.twist.twist
+    q = pose.orientation
+    big = struct.pack(">iI", stamp.sec, stamp.nanosec) + struct.pack(">I", 7) + b"launch\0\0"
+    big += struct.pack(">I", 4) + b"mu3\0"
+    big += b"\0" * (-len(big) % 8)
+    big += struct.pack(">7d36d", *coordinates(pose.position), q.x, q.y, q.z, q.w, *message.pose.covariance)
+    big += struct.pack(">6d36d", *coordinates(twist.linear), *coordinates(twist.angular), *message.twist.covariance)
+    assert odometry_sample(b"\0\0\0\0" + big) == odometry_sample(serialize_message(message))
 
 
-@pytest.mark.parametrize("size", [0, 3, 4, 11, 30, 100, 700])
+def test_odometry_that_breaks_the_contract_is_refused_with_the_reason():
+    for change, words in (
+        (lambda m: setattr(m.header, "frame_id", "mäp"), "frame 'mäp'; allowed: 'launch'"),
+        (lambda m: setattr(m.header.stamp, "sec", -5), "allowed: from 0 s on"),
+        (lambda m: setattr(m.header.stamp, "nanosec", 1_000_000_000), "less than 1e9 ns"),
+        (lambda m: setattr(m.pose.pose.orientation, "w", 0.0), "norm 0; allowed: 1"),
+        (lambda m: setattr(m.pose.pose.orientation, "w", 1e200), "norm inf; allowed: 1"),
+        (lambda m: setattr(m.pose.pose.orientation, "x", math.nan), "norm nan; allowed: 1"),
+        (lambda m: setattr(m.pose.pose.position, "y", math.nan), "nan"),
+        (lambda m: setattr(m.pose.pose.position, "y", 1e200), "allowed: finite, within 1e+06 m"),
+        (lambda m: setattr(m.twist.twist.linear, "z", -math.inf), "allowed: finite, within 100000 m/s"),
+        (lambda m: setattr(m.twist.twist.angular, "x", math.nan), "angular rate (nan"),
+    ):
+        message = odometry(random.Random(1))
+        change(message)
+        with pytest.raises(MessageError) as error:
+            odometry_sample(serialize_message(message))
+        assert words in str(error.value)
+
+
+@pytest.mark.parametrize("size", [0, 3, 4, 11, 16, 30, 100, 700])
 def test_bytes_cut_short_are_an_error_and_not_nonsense(size):
     data = serialize_message(odometry(random.Random(2)))
-    with pytest.raises(Exception, match=r".+"):
-        serialized_odometry_values(data[:size])
-
-
-def test_numbers_that_are_not_finite_pass_to_whoever_counts_them():
-    message = odometry(random.Random(3))
-    message.pose.pose.position.y = math.nan
-    assert math.isnan(serialized_odometry_values(serialize_message(message))[1][1])
+    with pytest.raises(MessageError, match=r"bytes that are no Odometry|frame"):
+        odometry_sample(data[:size])
 
 
 def test_velocity_is_turned_by_a_normalised_attitude_and_a_wrong_one_refused():
@@ -75,11 +94,11 @@ def test_velocity_is_turned_by_a_normalised_attitude_and_a_wrong_one_refused():
     message = odometry(random.Random(4))
     message.twist.twist.linear = Vector3(x=1.0)
     message.pose.pose.orientation = Quaternion(z=half, w=half)
-    assert odometry_values(message)[2] == pytest.approx((0.0, 1.0, 0.0))
-    for bad in (Quaternion(w=1.1), Quaternion(x=math.nan, w=0.9)):
+    assert odometry_sample(serialize_message(message)).velocity == pytest.approx((0.0, 1.0, 0.0))
+    for bad in (Quaternion(w=1.1), Quaternion(x=math.nan, w=0.9), Quaternion(x=5.0, w=1.0)):
         message.pose.pose.orientation = bad
         with pytest.raises(MessageError, match="allowed: 1 within"):
-            odometry_values(message)
+            odometry_sample(serialize_message(message))
 
 
 def test_missions_survive_the_way_through_a_message():
@@ -89,7 +108,7 @@ def test_missions_survive_the_way_through_a_message():
     closing = advance(flying, flying.launch_ns + 10**10, DEBRIS, DEBRIS, rules, control)
     for mission in (armed, flying, closing, abort(closing, "why")):
         message = mission_message(mission, 7, True)
-        assert mission_from(message) == mission
+        assert checks.mission_state(8).read(serialize_message(message)).mission == mission
         assert (nanoseconds(message.header.stamp), message.confirmed, message.header.frame_id) == (7, True, "launch")
     assert mission_message(flying, 0, True, "not confirmed by MU 3").reason == "not confirmed by MU 3"
 

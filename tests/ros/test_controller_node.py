@@ -129,8 +129,8 @@ def test_without_the_planner_it_takes_the_nominal_points_and_says_so(bench):
     ("change", "words"),
     [
         (lambda r: (setattr(r, "success", False), setattr(r, "message", "out of bounds")), "out of bounds"),
-        (lambda r: setattr(r, "aiming_points", r.aiming_points[:4]), "not one finite point for each MU"),
-        (lambda r: setattr(r.aiming_points[0], "x", math.nan), "not one finite point for each MU"),
+        (lambda r: setattr(r, "aiming_points", r.aiming_points[:4]), "the number of aiming_points is 4; allowed: 8"),
+        (lambda r: setattr(r.aiming_points[0], "x", math.nan), "aiming_points[0].x is nan; allowed: finite"),
     ],
 )
 def test_an_unusable_plan_is_not_flown(bench, change, words):
@@ -258,7 +258,8 @@ def test_nonsense_about_the_mission_is_not_followed(bench):
     state.sequence, state.phase = 10, MissionState.CLOSING
     state.closing_points = [Point(x=math.nan)] * 8
     b.probe.publish(topics.MISSION_STATE, state, STATE, "mu3_controller")
-    b.probe.wait_for(lambda: b.process.output.count("ignored") == 2, "two complaints")
+    b.probe.wait_for(lambda: "phase is 77; allowed: 0 to 6; dropped (1 so far)" in b.process.output, "complaint")
+    b.wait_status(lambda s: s.rejected_messages == 2, "two dropped messages")
     assert all(map(math.isfinite, force(b.answer(1))))
     assert b.wait_status(lambda s: s.commands >= 2 or s.mode == Mode.DEPLOYING, "status").mission_sequence == 2
 

@@ -15,7 +15,7 @@ from tethernet_bringup import shared_memory
 from tethernet_bringup.salvage import salvage
 from tethernet_control import closing
 from tethernet_control.ros import topics
-from tethernet_control.ros.conversions import mission_from
+from tethernet_control.ros.checks import mission_from
 from tethernet_control.ros.qos import CONTROL, STATE
 from tethernet_msgs.msg import MissionState
 

@@ -11,6 +11,7 @@ from std_msgs.msg import Header
 from std_srvs.srv import Trigger
 
 from tests import tiny_models
+from tests.ros.sound import mu_status, net_state
 from tethernet_control.closing import plan as plan_closing
 from tethernet_control.closing import sight
 from tethernet_control.layout import FALLBACK, nominal_aiming_points
@@ -20,7 +21,7 @@ from tethernet_control.ros import topics
 from tethernet_control.ros.conversions import nanoseconds, set_stamp
 from tethernet_control.ros.qos import BULK, CONTROL, STATE
 from tethernet_control.settings import MissionParameters
-from tethernet_msgs.msg import MissionState, MuStatus, NetState
+from tethernet_msgs.msg import MissionState, MuStatus
 from tethernet_msgs.srv import PlanAimingPoints
 
 PERIOD = 50_000_000
@@ -46,7 +47,7 @@ class Bench:
     def _echo(self, state):
         if not state.confirmed:
             for mu in self.echoing:
-                self.status_publishers[mu].publish(MuStatus(mu=mu, mission_sequence=state.sequence, aiming_source="x"))
+                self.status_publishers[mu].publish(mu_status(mu, state.sequence))
 
     def debris(self, tick, position=DEBRIS):
         message = Odometry()
@@ -67,12 +68,9 @@ class Bench:
         self.probe.publish(topics.mu_odometry(mu), message, CONTROL, "planner")
 
     def net(self, tick, center=FAR):
+        message = net_state(8, tick * PERIOD, center)
         # Where it says the MUs are, which no planner could know, is not where their odometry has them.
-        message = NetState(
-            center_of_mass=Point(x=center[0], y=center[1], z=center[2]),
-            mu_positions=[9.0] * 24, mu_velocities=[1.0] * 24,
-        )  # fmt: skip
-        set_stamp(message.header.stamp, tick * PERIOD)
+        message.mu_positions, message.mu_velocities = [9.0] * 24, [1.0] * 24
         self.probe.publish(topics.NET_STATE, message, BULK, "planner")
 
     def ticked(self, tick, center=FAR, debris=DEBRIS):
@@ -171,7 +169,7 @@ def test_service_gives_nominal_points_and_explains_refusals(bench):
     assert len(ask(debris_position=Point(z=-50.0), mu_count=8).aiming_points) == 8
     for request, words in (
         ({"debris_position": Point(z=-70.0)}, "z = -70 m is out of bounds; allowed: -60 to -40 m"),
-        ({"debris_position": Point(x=math.nan, z=-50.0)}, "x = nan"),
+        ({"debris_position": Point(x=math.nan, z=-50.0)}, "debris_position.x is nan"),
         ({"debris_position": Point(z=-50.0), "mu_count": 5}, "allowed: 4"),
         ({"debris_position": Point(z=-50.0), "policy": "best"}, "no policy named 'best'; allowed: nominal"),
     ):
@@ -179,6 +177,30 @@ def test_service_gives_nominal_points_and_explains_refusals(bench):
         assert not answer.success
         assert words in answer.message
         assert len(answer.aiming_points) == 0
+
+
+def test_over_the_network_policies_have_names_and_no_paths(bench, tmp_path):
+    own = tiny_models.policy(tmp_path / "own.safetensors", 8)
+    other = tiny_models.policy(tmp_path / "other.safetensors", 8)
+    b = bench(f"policy:={own}")
+
+    def ask(name):
+        request = PlanAimingPoints.Request(policy=name, debris_position=Point(z=-50.0))
+        return b.probe.call(topics.PLAN_AIMING_POINTS, PlanAimingPoints, request)
+
+    assert ask("").policy == ask(str(own)).policy == str(own)
+    assert ask("nominal").success
+    # Whether there is such a file makes no difference to what is answered.
+    answers = [ask(str(name)) for name in (other, other.with_name("nothing.safetensors"), "/etc/hostname", "./x")]
+    assert not any(answer.success for answer in answers)
+    assert len({answer.message.split("; allowed: ")[1] for answer in answers}) == 1
+    assert all(answer.message.startswith("no policy named") for answer in answers)
+    for name in ("/" + "a" * 300, "a" * 100_000, "\x1b[31mred\x07\n"):
+        answer = ask(name)
+        assert not answer.success
+        assert answer.message.isprintable()
+        assert len(answer.message) < 300
+    assert ask("nominal").success
 
 
 def test_where_a_trained_policy_was_never_trained_the_nominal_points_stand_in_and_controllers_are_told(bench, tmp_path):
@@ -224,21 +246,21 @@ def test_controllers_that_do_not_echo_are_named_and_waited_for_only_once(bench):
     assert lost == {"mu2_controller", "mu6_controller"}
 
 
-def test_nan_in_net_or_debris_is_counted_and_the_beat_goes_on(bench):
+def test_nan_in_net_or_debris_is_dropped_and_counted_and_the_next_good_one_goes_on(bench):
     b = bench().deployed()
     nan = (math.nan,) * 3
     b.ticked(0)
-    b.ticked(480, center=nan)
-    b.ticked(481, center=(0.0, 0.0, -10.0), debris=nan)
+    b.net(480, nan)
+    b.debris(480, nan)
+    b.ticked(481, center=(0.0, 0.0, -10.0))
     assert b.states[-1].phase == Phase.DEPLOYING
 
     def counted():
         values = [v for d in b.diagnostics for e in d.status if e.name == "planner" for v in e.values]
-        return ("dropped_measurements", "2") in {(v.key, v.value) for v in values}
+        return ("dropped_on", "/debris/odom: 1, /net/state: 1") in {(v.key, v.value) for v in values}
 
-    b.probe.wait_for(counted, "two dropped measurements on /diagnostics")
-    # The last good debris position stands.
-    b.ticked(482, center=(0.0, 0.0, -48.0), debris=nan)
+    b.probe.wait_for(counted, "two dropped messages on /diagnostics")
+    b.ticked(482, center=(0.0, 0.0, -48.0))
     assert b.reached(Phase.CLOSING).closing_points[0].z == -56.0
 
 

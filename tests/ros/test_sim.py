@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 from geometry_msgs.msg import WrenchStamped
 from nav_msgs.msg import Odometry
-from std_msgs.msg import Header
 from visualization_msgs.msg import Marker, MarkerArray
 
 from tethernet_control.mission import Mission, arm, launch
@@ -47,13 +46,14 @@ class Crew:
 
     def send(self, mu: int, stamp_ns: int, force) -> None:
         answer = WrenchStamped()
+        answer.header.frame_id = topics.FRAME
         set_stamp(answer.header.stamp, stamp_ns)
         answer.wrench.force.x, answer.wrench.force.y, answer.wrench.force.z = force
         self.probe.publish(topics.mu_thrust(mu), answer, qos.CONTROL)
 
     def _heartbeat(self, message: NetState) -> None:
         if self.beating:
-            self.probe.publish(topics.PLANNER_HEARTBEAT, Header(stamp=message.header.stamp), qos.CONTROL)
+            self.probe.publish(topics.PLANNER_HEARTBEAT, message.header, qos.CONTROL)
 
     def fly(self, ticks: int) -> None:
         told = [self.net, *self.odometry.values()]

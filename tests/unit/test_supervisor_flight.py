@@ -3,6 +3,7 @@ import io
 import subprocess
 import sys
 import time
+from typing import ClassVar
 
 from tethernet_bringup.domain_claim import DomainClaim
 from tethernet_bringup.flight import Flight, FlightPlan
@@ -38,6 +39,8 @@ class Crew:
 
 class Graph:
     """The command's own node in a graph with these publishers besides."""
+
+    dropped: ClassVar[dict[str, str]] = {}
 
     def __init__(self, publishers=()):
         self._publishers = dict(publishers)

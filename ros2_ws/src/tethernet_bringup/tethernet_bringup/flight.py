@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 
 from tethernet_control.mission import Phase
 from tethernet_control.ros import topics
+from tethernet_control.shown import SHORT, shown
 from tethernet_sim.warm_up import COMPILING
 
 from .domain_claim import DomainClaim, DomainTakenError
@@ -304,6 +305,8 @@ class Flight:
         early = record.interrupted_by or record.faults
         if early and self._started and not record.phase.over:
             self._abort()
+        if self._monitor is not None:
+            record.warnings += [f"{shown(name, SHORT)}: {text}" for name, text in self._monitor.dropped.items()]
         self._display.live("stopping")
         self._stop_processes(bool(early))
         self._claim.release()
@@ -354,6 +357,8 @@ class Flight:
             for node, topic in self._strangers.update():
                 self._on_stranger(node, topic)
         self._display.flight(self._record)
+        if self._record.sim is not None and self._record.sim.fault:
+            raise MissionFaultError(self._record.sim.fault)
 
     def _on_hang(self, name: str) -> None:
         text = f"{name} hangs: it has answered nothing for {self._plan.parameters.hang_timeout_s:g} s"
@@ -402,7 +407,7 @@ def _why(death: Exit) -> str:
 
 def _name(node: str) -> str:
     """A node's name as it can be shown: it is somebody else's, and need not be what ROS allows."""
-    return node[:100].encode("unicode_escape").decode("ascii") or "a nameless node"
+    return shown(node, SHORT) or "a nameless node"
 
 
 def _mu_list(mus) -> str:

@@ -2,21 +2,24 @@
 
 from __future__ import annotations
 
+import functools
 import signal
 from collections.abc import Callable, Iterable, Mapping
 
 import rclpy
-from rclpy.client import Client
 from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 from rclpy.task import Future
 from std_srvs.srv import Trigger
 
 from tethernet_control.mission import Phase
-from tethernet_control.ros import qos, topics
+from tethernet_control.ros import checks, qos, topics
+from tethernet_control.ros.checks import MissionNews
 from tethernet_control.ros.connections import Connections, read_connections, service_name
+from tethernet_control.ros.door import Asker, Door
 from tethernet_control.ros.executor import bound_the_end, make_executor
-from tethernet_msgs.msg import CaptureAssessment, MissionState, MuStatus, SimStatus
+from tethernet_control.ros.well_formed import MessageError
+from tethernet_msgs.msg import CaptureAssessment, MuStatus, SimStatus
 
 from .graph import Endpoint, GraphCheck, Publisher, StrangerWatch
 from .nodes import MONITOR
@@ -39,14 +42,15 @@ class Monitor:
         self._node = Node(MONITOR, start_parameter_services=False)
         self._executor = make_executor()
         self._executor.add_node(self._node)
-        self._start = self._node.create_client(Trigger, topics.START)
-        self._abort = self._node.create_client(Trigger, topics.ABORT)
-        subscribe = self._node.create_subscription
-        subscribe(MissionState, topics.MISSION_STATE, self._on_state, qos.STATE)
-        subscribe(CaptureAssessment, topics.CAPTURE_ASSESSMENT, self._on_assessment, qos.STATE)
-        subscribe(SimStatus, topics.SIM_STATUS, self._on_sim, qos.STATE)
-        for mu in range(1, record.mu_count + 1):
-            subscribe(MuStatus, topics.mu_status(mu), self._on_status, qos.STATE)
+        self._door = Door(self._node)
+        self._start = self._door.ask(Trigger, topics.START)
+        self._abort = self._door.ask(Trigger, topics.ABORT)
+        subscribe, mus = self._door.subscribe, record.mu_count
+        subscribe(checks.mission_state(mus), topics.MISSION_STATE, self._on_state, qos.STATE)
+        subscribe(checks.assessment(mus), topics.CAPTURE_ASSESSMENT, self._on_assessment, qos.STATE)
+        subscribe(checks.sim_status(mus), topics.SIM_STATUS, self._on_sim, qos.STATE)
+        for mu in range(1, mus + 1):
+            subscribe(checks.mu_status(mu), topics.mu_status(mu), self._on_status, qos.STATE)
 
     def close(self, status: int) -> None:
         """Leave the graph. Should the middleware hang in it for good, this process ends all the same.
@@ -60,6 +64,14 @@ class Monitor:
         self._node.destroy_node()
         rclpy.try_shutdown()
         signal.setitimer(signal.ITIMER_REAL, 0.0)  # it did not
+
+    @property
+    def dropped(self) -> dict[str, str]:
+        """What this node could not use: how many messages and why the newest, by topic or service."""
+        return {
+            name: f"{drops.count} malformed messages, the newest: {drops.newest}"
+            for name, drops in sorted(self._door.incoming.items())
+        }
 
     def spin(self, timeout_s: float) -> None:
         """Handle what comes in for so long."""
@@ -90,7 +102,7 @@ class Monitor:
 
     def planner_ready(self) -> bool:
         """Whether the planner's services can be called."""
-        return self._start.service_is_ready()
+        return self._start.ready()
 
     def start(self) -> Callable[[], tuple[bool, str] | None]:
         """Tell the planner to start the mission.
@@ -102,15 +114,13 @@ class Monitor:
 
     def abort(self) -> Callable[[], tuple[bool, str] | None]:
         """Tell the planner to abort; as :meth:`start`."""
-        if not self._abort.service_is_ready():
+        if not self._abort.ready():
             return lambda: (False, "the planner's abort service is gone")
         return self._call(self._abort)
 
     def check_connections(self, audiences: Mapping[str, Mapping[str, int]]) -> ConnectionCheck:
         """A comparison of whom the nodes have found with whom they should have found."""
-        return ConnectionCheck(
-            audiences, {node: self._node.create_client(Trigger, service_name(node)) for node in audiences}
-        )
+        return ConnectionCheck(audiences, {node: self._door.ask(Trigger, service_name(node)) for node in audiences})
 
     def watch_pulse(self, nodes: Iterable[str], patience_s: float) -> Pulse:
         """A watch on nodes of this project: each answers on its connections service as long as it runs.
@@ -121,25 +131,23 @@ class Monitor:
         """
 
         def questions(node: str) -> Callable[[], Answer | None]:
-            client = self._node.create_client(Trigger, service_name(node))
-            return lambda: self._call(client) if client.service_is_ready() else None
+            asker = self._door.ask(Trigger, service_name(node))
+            return lambda: self._call(asker) if asker.ready() else None
 
         return Pulse({node: questions(node) for node in nodes}, patience_s)
 
     @staticmethod
-    def _call(client) -> Callable[[], tuple[bool, str] | None]:
-        future = client.call_async(Trigger.Request())
+    def _call(asker: Asker) -> Callable[[], tuple[bool, str] | None]:
+        answers: list[tuple[bool, str]] = []
 
-        def answer() -> tuple[bool, str] | None:
-            if not future.done():
-                return None
-            response = future.result()
-            return (response.success, response.message)
+        def take(answer: tuple[bool, str] | MessageError) -> None:
+            answers.append((False, str(answer)) if isinstance(answer, MessageError) else answer)
 
-        return answer
+        asker.ask(Trigger.Request(), checks.trigger_answer, take)
+        return lambda: answers[0] if answers else None
 
-    def _on_state(self, message: MissionState) -> None:
-        self._record.take_state(message)
+    def _on_state(self, news: MissionNews) -> None:
+        self._record.take_state(news.message)
 
     def _on_assessment(self, message: CaptureAssessment) -> None:
         self._record.progress = message
@@ -158,14 +166,14 @@ class Monitor:
 class ConnectionCheck:
     """Asks every node whether its publishers have found their subscribers, until they have."""
 
-    def __init__(self, audiences: Mapping[str, Mapping[str, int]], services: Mapping[str, Client]):
+    def __init__(self, audiences: Mapping[str, Mapping[str, int]], services: Mapping[str, Asker]):
         """Args:
         audiences: least number of subscribers by node and topic.
         services: of each node, to ask it.
         """
         self._audiences = audiences
-        self._answerers = services
-        self._asked: dict[str, Future] = {}
+        self._services = services
+        self._asked: set[str] = set()
         self.missing = {node: list(topics) for node, topics in audiences.items()}
         """Topics that lack subscribers, by node."""
         self.pids: dict[str, int] = {}
@@ -173,20 +181,21 @@ class ConnectionCheck:
 
     def update(self) -> bool:
         """Look at the answers, ask again where somebody is missing; true when nobody is."""
-        for node in list(self.missing):
-            asked = self._asked.get(node)
-            if asked is not None and asked.done():
-                self._take(node, read_connections(asked.result()))
-                asked = None
-            if node in self.missing and asked is None and self._answerers[node].service_is_ready():
-                self._asked[node] = self._answerers[node].call_async(Trigger.Request())
+        for node in set(self.missing) - self._asked:
+            service = self._services[node]
+            if service.ready():
+                self._asked.add(node)
+                service.ask(Trigger.Request(), read_connections, functools.partial(self._take, node))
         return not self.missing
 
     def describe(self) -> str:
         """Who lacks whom, in words."""
         return "; ".join(f"{node} lacks subscribers of {', '.join(topics)}" for node, topics in self.missing.items())
 
-    def _take(self, node: str, told: Connections) -> None:
+    def _take(self, node: str, told: Connections | MessageError) -> None:
+        self._asked.discard(node)
+        if isinstance(told, MessageError) or node not in self.missing:
+            return  # dropped and counted at the door; it is asked again
         self.pids[node] = told.pid
         wanted = self._audiences[node]
         self.missing[node] = [topic for topic, least in wanted.items() if told.subscribers.get(topic, 0) < least]

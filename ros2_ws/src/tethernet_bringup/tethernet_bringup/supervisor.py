@@ -17,6 +17,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from tethernet_control.quiet_start import absolute_search_paths
+from tethernet_control.shown import shown
 
 from . import shared_memory
 from .supervisor_settings import SupervisorParameters
@@ -191,7 +192,7 @@ class Supervisor:
                 lines = log.read().decode(errors="replace").splitlines()
         except OSError:
             return ()
-        return tuple(line for line in lines if line.strip())[-TAIL_LINES:]
+        return tuple(shown(line) for line in lines if line.strip())[-TAIL_LINES:]
 
     def memory_mb(self) -> float:
         """Proportional set size of all living nodes and this process together [MB]: what they take from the machine."""

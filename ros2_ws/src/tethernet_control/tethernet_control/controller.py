@@ -8,13 +8,14 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from . import estimator, law
+from .bounds import FARTHEST_M
 from .mission import Mission, Phase, seconds_between
 from .mission_gate import MissionGate
 from .settings import NANOSECOND_S, ControlParameters
 from .step_guard import StampGuard, Step
 
 ZERO = (0.0, 0.0, 0.0)
-_FARTHEST = 1e6
+_FARTHEST = FARTHEST_M
 """[m], [m/s] No MU is so far off or so fast: the estimate's arithmetic stays finite."""
 
 

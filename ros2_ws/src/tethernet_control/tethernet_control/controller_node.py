@@ -10,6 +10,7 @@ if __name__ == "__main__":
 
     quiet_start()
 
+import functools
 import math
 import re
 import sys
@@ -19,30 +20,24 @@ from pathlib import Path
 from typing import ClassVar
 
 from geometry_msgs.msg import WrenchStamped
-from nav_msgs.msg import Odometry
 from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
-from std_msgs.msg import Header
 
-from tethernet_msgs.msg import MissionState, MuStatus
+from tethernet_msgs.msg import MuStatus
 from tethernet_msgs.srv import PlanAimingPoints
 
 from .controller import ZERO, Mode, MuController
 from .layout import FALLBACK, nominal_aiming_points
 from .mission import Phase
 from .parameters import parameter
-from .ros import executor, topics
-from .ros.conversions import (
-    MessageError,
-    coordinates,
-    mission_from,
-    nanoseconds,
-    point_message,
-    set_stamp,
-)
+from .ros import checks, executor, topics
+from .ros.checks import MissionNews, PlanAnswer
+from .ros.conversions import point_message, set_stamp
+from .ros.door import Door
 from .ros.parameters import NODE_OPTIONS, declare
 from .ros.qos import CONTROL, STATE
-from .ros.serialized_odometry import serialized_odometry_values
+from .ros.serialized import OdometrySample
+from .ros.well_formed import MessageError
 from .settings import NANOSECOND_S, ControlParameters
 
 
@@ -88,28 +83,22 @@ class ControllerNode(Node):
         self._status = MuStatus(mu=identity.mu)
         self._status.header.frame_id = topics.FRAME
 
-        self._thrust_publisher = self.create_publisher(WrenchStamped, topics.mu_thrust(self._mu), CONTROL)
-        self._status_publisher = self.create_publisher(MuStatus, topics.mu_status(self._mu), STATE)
-        self._planner = self.create_client(PlanAimingPoints, topics.PLAN_AIMING_POINTS)
-        self.create_subscription(MissionState, topics.MISSION_STATE, self._on_mission, STATE)
-        self.create_subscription(Header, topics.PLANNER_HEARTBEAT, self._on_heartbeat, CONTROL)
-        self.create_subscription(Odometry, topics.mu_odometry(self._mu), self._on_odometry, CONTROL, raw=True)
+        self._door = door = Door(self)
+        self._thrust_publisher = door.publish(WrenchStamped, topics.mu_thrust(self._mu), CONTROL)
+        self._status_publisher = door.publish(MuStatus, topics.mu_status(self._mu), STATE)
+        self._planner = door.ask(PlanAimingPoints, topics.PLAN_AIMING_POINTS)
+        door.subscribe(checks.mission_state(), topics.MISSION_STATE, self._on_mission, STATE, self._on_drop)
+        door.subscribe(checks.HEARTBEAT, topics.PLANNER_HEARTBEAT, self._on_heartbeat, CONTROL, self._on_drop)
+        door.subscribe(checks.ODOMETRY, topics.mu_odometry(self._mu), self._on_odometry, CONTROL, self._on_drop)
         self.create_timer(self._period_s, self._on_wall_period, clock=Clock(clock_type=ClockType.STEADY_TIME))
         self._publish_status()
 
-    def _on_odometry(self, data: bytes) -> None:
-        controller = self._controller
-        try:
-            stamp_ns, position, velocity = serialized_odometry_values(data)
-        except MessageError as error:
-            controller.account.rejected_odometry += 1
-            self._complain(f"{error}; dropped")
-            return
+    def _on_odometry(self, sample: OdometrySample) -> None:
+        controller, stamp_ns = self._controller, sample.stamp_ns
         mode, resets = controller.mode, controller.account.clock_resets
-        thrust = controller.on_odometry(stamp_ns, position, velocity)
+        thrust = controller.on_odometry(stamp_ns, sample.position, sample.velocity)
         if thrust is None:
-            self._complain(f"odometry dropped: {controller.dropped_because}")
-            return
+            raise MessageError(controller.dropped_because)
         if controller.account.clock_resets != resets:
             self.get_logger().warning(f"odometry's clock was set anew, to {stamp_ns * NANOSECOND_S:.2f} s; followed")
         self._newest_odometry_s = time.monotonic()
@@ -130,8 +119,12 @@ class ControllerNode(Node):
         if why:
             self.get_logger().error(why)
 
-    def _on_heartbeat(self, message: Header) -> None:
-        self._controller.on_heartbeat(nanoseconds(message.stamp))
+    def _on_heartbeat(self, stamp_ns: int) -> None:
+        self._controller.on_heartbeat(stamp_ns)
+
+    def _on_drop(self) -> None:
+        if self._news() != self._told:
+            self._publish_status()
 
     def _publish_thrust(self, stamp_ns: int, thrust) -> None:
         set_stamp(self._thrust.header.stamp, stamp_ns)
@@ -139,25 +132,10 @@ class ControllerNode(Node):
         force.x, force.y, force.z = thrust
         self._thrust_publisher.publish(self._thrust)
 
-    def _complain(self, text: str) -> None:
-        self.get_logger().warning(
-            f"{text} ({self._controller.account.rejected_odometry} so far)", throttle_duration_sec=1.0
-        )
-        if self._news() != self._told:
-            self._publish_status()
-
-    def _on_mission(self, message: MissionState) -> None:
-        controller = self._controller
-        try:
-            mission = mission_from(message)
-        except MessageError as error:
-            self.get_logger().error(f"{error}; ignored")
-            return
+    def _on_mission(self, news: MissionNews) -> None:
+        controller, mission = self._controller, news.mission
         if self._mu > mission.mu_count:
-            self.get_logger().error(
-                f"the mission has {mission.mu_count} MUs and none with number {self._mu}", once=True
-            )
-            return
+            raise MessageError(f"the mission has {mission.mu_count} MUs and none with number {self._mu}")
         led_by, refused = controller.mission.mission_id, controller.refused_states
         if not controller.take_mission(mission):
             if controller.refused_states != refused:
@@ -184,30 +162,24 @@ class ControllerNode(Node):
         """Send the request as soon as the service is there; give up at the deadline."""
         if time.monotonic() >= self._plan_deadline_s:
             self._fall_back(f"no answer from {topics.PLAN_AIMING_POINTS} within {self._settings.plan_timeout_s:g} s")
-        elif not self._plan_asked and self._planner.service_is_ready():
+        elif not self._plan_asked and self._planner.ready():
             mission = self._controller.mission
             self._plan_asked = True
             request = PlanAimingPoints.Request(
                 debris_position=point_message(mission.debris_position), mu_count=mission.mu_count, policy=mission.policy
             )
-            self._planner.call_async(request).add_done_callback(
-                lambda future, asked_by=mission.mission_id: self._on_plan(asked_by, future)
-            )
+            check, asked_by = checks.plan_answer(mission.mu_count), mission.mission_id
+            self._planner.ask(request, check, functools.partial(self._on_plan, asked_by))
 
-    def _on_plan(self, asked_by: int, future) -> None:
+    def _on_plan(self, asked_by: int, answer: PlanAnswer | MessageError) -> None:
         if self._controller.aiming_point is not None or self._controller.mission.mission_id != asked_by:
             return  # too late: the nominal points were taken and said so, or another planner leads
-        if future.exception() is not None:
-            self._fall_back(f"{topics.PLAN_AIMING_POINTS} failed: {future.exception()}")
-            return
-        answer = future.result()
-        points = [coordinates(point) for point in answer.aiming_points]
-        if not answer.success:
+        if isinstance(answer, MessageError):
+            self._fall_back(f"the answer of {topics.PLAN_AIMING_POINTS} is of no use: {answer}")
+        elif not answer.success:
             self._fall_back(f"the planner has no aiming points: {answer.message}")
-        elif len(points) != self._controller.mission.mu_count or not all(math.isfinite(sum(point)) for point in points):
-            self._fall_back(f"the planner's aiming points are not one finite point for each MU: {points}")
         else:
-            self._aim(points[self._mu - 1], answer.policy)
+            self._aim(answer.points[self._mu - 1], answer.policy)
 
     def _fall_back(self, why: str) -> None:
         self.get_logger().warning(f"{why}; flying to the nominal aiming point")
@@ -244,7 +216,7 @@ class ControllerNode(Node):
     def _news(self) -> tuple:
         """What is reported at once when it changes."""
         controller = self._controller
-        return (controller.mode, self._echo, controller.aiming_source, controller.account.rejected_odometry)
+        return (controller.mode, self._echo, controller.aiming_source, self._door.dropped)
 
     def _publish_status(self) -> None:
         controller, status = self._controller, self._status
@@ -267,7 +239,9 @@ class ControllerNode(Node):
         status.commands = account.commands
         status.saturated = account.saturated
         status.propellant = controller.propellant_kg
-        status.rejected_odometry = account.rejected_odometry
+        # What the controller refuses is dropped at the door too.
+        status.rejected_odometry = self._door.counts[topics.mu_odometry(self._mu)]
+        status.rejected_messages = self._door.dropped
         status.clock_jumps = account.clock_jumps
         status.refused_states = controller.refused_states
         status.deadline_misses = account.deadline_misses

@@ -62,6 +62,24 @@ class Assessment:
     """Trigger stage only: why the surrogate could not be asked."""
 
     @property
+    def numbers(self) -> dict[str, float]:
+        """All numbers that may not be known, by the names of the message's fields; NaN where they are not."""
+        predicted = self.prediction or Prediction(math.nan, math.nan, math.nan)
+        return {
+            "cqi": self.cqi,
+            "cqi_all": self.cqi_all,
+            "hull_volume": self.hull_volume,
+            "hull_area": self.hull_area,
+            "mouth_area": self.mouth_area,
+            "net_debris_distance": self.net_debris_distance,
+            "predicted_cqi": predicted.cqi,
+            "predicted_locked_pairs": predicted.locked_pairs,
+            "predicted_capture_probability": predicted.capture_probability,
+            "cqi_error": self.cqi_error,
+            "locked_pairs_error": self.locked_pairs_error,
+        }
+
+    @property
     def cqi_error(self) -> float:
         """Exact minus predicted CQI [-]; NaN before the end and without a prediction."""
         return self._error(self.cqi, "cqi")

@@ -7,32 +7,29 @@ if __name__ == "__main__":
 
     quiet_start()
 
+import functools
 from collections import deque
 
 import numpy as np
-from nav_msgs.msg import Odometry
 from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
 
+from tethernet_control import unknown
 from tethernet_control.layout import design
 from tethernet_control.parameters import ParameterError
-from tethernet_control.ros import executor, topics
-from tethernet_control.ros.conversions import (
-    MessageError,
-    Vector,
-    coordinates,
-    finite,
-    mission_from,
-    nanoseconds,
-    set_stamp,
-)
+from tethernet_control.ros import checks, executor, topics
+from tethernet_control.ros.checks import MissionNews, NetMeasurement
+from tethernet_control.ros.conversions import Vector, set_stamp
+from tethernet_control.ros.door import Door
 from tethernet_control.ros.newest_odometry import NewestOdometry
 from tethernet_control.ros.parameters import NODE_OPTIONS, declare
 from tethernet_control.ros.qos import BULK, CONTROL, STATE, STATE_BACKLOG
-from tethernet_control.ros.serialized_odometry import serialized_odometry_values
+from tethernet_control.ros.serialized import OdometrySample
+from tethernet_control.ros.well_formed import MessageError
 from tethernet_control.settings import ControlParameters, MissionParameters
+from tethernet_control.shown import shown
 from tethernet_control.step_guard import StampGuard
-from tethernet_msgs.msg import CaptureAssessment, MissionState, NetState
+from tethernet_msgs.msg import CaptureAssessment
 from tethernet_sim.capture_quality import QualityParameters
 
 from . import prediction
@@ -61,134 +58,88 @@ class AssessorNode(Node):
             raise ParameterError(f"AssessorParameters.predictor: {error}") from error
         self._predictor_name = "" if predictor is None else parameters.predictor
         self._assessor = CaptureAssessor(self._mu_count, control, quality, parameters.progress_every, predictor)
-        self._debris = NewestOdometry("debris odometry", control, self._drop, tuple(parameters.debris_position) or None)
+        self._debris = NewestOdometry(control, tuple(parameters.debris_position) or None)
         self._net_clock = StampGuard(control)
-        self._waiting: deque[NetState] = deque(maxlen=_WAITING)
+        self._waiting: deque[NetMeasurement] = deque(maxlen=_WAITING)
         self._track: deque[tuple[int, Vector, Vector]] = deque(maxlen=_WAITING)
-        self._dropped = 0
 
-        self._publisher = self.create_publisher(CaptureAssessment, topics.CAPTURE_ASSESSMENT, STATE)
-        self.create_subscription(MissionState, topics.MISSION_STATE, self._on_mission, STATE)
-        self.create_subscription(Odometry, topics.DEBRIS_ODOMETRY, self._on_debris, STATE_BACKLOG, raw=True)
+        self._door = door = Door(self)
+        self._publisher = door.publish(CaptureAssessment, topics.CAPTURE_ASSESSMENT, STATE)
+        door.subscribe(checks.mission_state(self._mu_count), topics.MISSION_STATE, self._on_mission, STATE)
+        door.subscribe(checks.ODOMETRY, topics.DEBRIS_ODOMETRY, self._on_debris, STATE_BACKLOG)
         if parameters.simulated:
-            self.create_subscription(NetState, topics.NET_STATE, self._on_net, BULK)
+            door.subscribe(checks.net_state(self._mu_count), topics.NET_STATE, self._on_net, BULK)
             import scipy.spatial  # noqa: F401  takes half a second: better now than in the middle of a flight
         else:
-            self._swarm = SwarmCentroid(self._mu_count, control, self._drop)
+            self._swarm = SwarmCentroid(self._mu_count, control, door.drop)
             self._pairs = DockedPairs(self._mu_count, rules.docking_distance_m)
             for mu in range(1, self._mu_count + 1):
-                self.create_subscription(
-                    Odometry, topics.mu_odometry(mu), lambda data, mu=mu: self._on_mu(mu, data), CONTROL, raw=True
-                )
+                door.subscribe(checks.ODOMETRY, topics.mu_odometry(mu), functools.partial(self._on_mu, mu), CONTROL)
         wall = Clock(clock_type=ClockType.STEADY_TIME)
         self.create_timer(_POLL_S, lambda: self._publish(self._assessor.overdue()), clock=wall)
 
-    def _on_mission(self, message: MissionState) -> None:
-        try:
-            mission = mission_from(message)
-        except MessageError as error:
-            self.get_logger().error(f"{error}; ignored")
-            return
-        if mission.mu_count != self._mu_count:
-            self.get_logger().error(
-                f"a mission of {mission.mu_count} MUs, and this assessor expects {self._mu_count}; ignored"
-            )
-            return
-        self._publish(self._assessor.take_mission(mission))
+    def _on_mission(self, news: MissionNews) -> None:
+        self._publish(self._assessor.take_mission(news.mission))
 
     # Where something measures the net
 
-    def _on_net(self, message: NetState) -> None:
-        stamp_ns = nanoseconds(message.header.stamp)
-        if not self._net_clock.take(stamp_ns).good:
-            self._drop("net state", self._net_clock.why(stamp_ns))
-            return
-        self._waiting.append(message)
+    def _on_net(self, net: NetMeasurement) -> None:
+        if not self._net_clock.take(net.stamp_ns).good:
+            raise MessageError(self._net_clock.why(net.stamp_ns))
+        self._waiting.append(net)
         self._assess_waiting()
 
-    def _on_debris(self, data: bytes) -> None:
-        debris = self._debris
-        if debris.take(data):
-            if debris.data is data:
-                self._track.append((debris.stamp_ns, debris.position, debris.velocity))
+    def _on_debris(self, sample: OdometrySample) -> None:
+        if self._debris.take(sample):
+            self._track.append((sample.stamp_ns, sample.position, sample.velocity))
             self._assess_waiting()
 
     def _assess_waiting(self) -> None:
         """Assess every net state for which it is known where the debris was."""
         while self._waiting and self._debris.position is not None:
-            stamp_ns = nanoseconds(self._waiting[0].header.stamp)
+            stamp_ns = self._waiting[0].stamp_ns
             if 0 <= self._debris.stamp_ns < stamp_ns:
                 return  # the debris' odometry of that time is still to come
             while len(self._track) > 1 and self._track[1][0] <= stamp_ns:
                 self._track.popleft()
             debris = self._track[0][1:] if self._track else (self._debris.position, self._debris.velocity)
-            try:
-                sample = self._sample(self._waiting.popleft(), stamp_ns, *debris)
-            except MessageError as error:
-                self._drop("net state", str(error))
-                continue
-            self._publish(self._assessor.take_sample(sample))
+            self._publish(self._assessor.take_sample(self._sample(self._waiting.popleft(), *debris)))
 
-    def _sample(self, message: NetState, stamp_ns: int, position: Vector, velocity: Vector) -> NetSample:
-        arrays = [
-            np.frombuffer(flat, np.float32)
-            for flat in (message.knot_positions, message.knot_velocities, message.mu_positions, message.mu_velocities)
-        ]
-        knots = 3 * message.rows * message.columns
-        expected = [knots, knots, 3 * self._mu_count, 3 * self._mu_count]
-        if knots == 0 or [len(flat) for flat in arrays] != expected:
-            raise MessageError(
-                f"arrays of {[len(flat) for flat in arrays]} numbers; allowed: {expected} "
-                f"for {message.rows} x {message.columns} knots and {self._mu_count} MUs"
-            )
-        center = coordinates(message.center_of_mass)
-        center_all = coordinates(message.center_of_mass_all)
-        if not finite(*center) or not all(np.isfinite(flat).all() for flat in arrays):
-            raise MessageError("not finite")
-        knot_positions, knot_velocities, mu_positions, mu_velocities = (flat.reshape(-1, 3) for flat in arrays)
+    def _sample(self, net: NetMeasurement, position: Vector, velocity: Vector) -> NetSample:
         return NetSample(
-            stamp_ns,
-            center,
+            net.stamp_ns,
+            net.center,
             position,
-            sum(message.locked),
-            mu_positions,
-            knot_positions,
-            knot_velocities,
-            mu_velocities,
+            sum(net.locked),
+            net.mu_positions,
+            net.knot_positions,
+            net.knot_velocities,
+            net.mu_velocities,
             velocity,
-            center_all if finite(*center_all) else None,
+            net.center_all,
         )
 
     # Where nothing but the MUs is measured
 
-    def _on_mu(self, mu: int, data: bytes) -> None:
-        try:
-            stamp_ns, position, _ = serialized_odometry_values(data)
-        except MessageError as error:
-            self._drop(f"odometry of MU {mu}", str(error))
-            return
-        if not finite(*position):
-            self._drop(f"odometry of MU {mu}", "not finite")
-            return
-        tick = self._swarm.update(mu, stamp_ns, position)
+    def _on_mu(self, mu: int, sample: OdometrySample) -> None:
+        tick = self._swarm.update(mu, sample.stamp_ns, sample.position)
         if tick is None or self._debris.position is None:
             return
         mission = self._assessor.mission
         if mission.closing and tick.stamp_ns >= mission.closing_ns:
             self._pairs.update(self._swarm.positions)
         positions = np.array([self._swarm.positions[mu] for mu in range(1, self._mu_count + 1)], np.float32)
-        sample = NetSample(tick.stamp_ns, tick.position, self._debris.position, len(self._pairs.docked), positions)
-        self._publish(self._assessor.take_sample(sample))
-
-    def _drop(self, what: str, why: str) -> None:
-        self._dropped += 1
-        self.get_logger().warning(f"{what} dropped: {why} ({self._dropped} dropped so far)", throttle_duration_sec=1.0)
+        self._publish(
+            self._assessor.take_sample(
+                NetSample(tick.stamp_ns, tick.position, self._debris.position, len(self._pairs.docked), positions)
+            )
+        )
 
     def _publish(self, assessments: list[Assessment]) -> None:
         for assessment in assessments:
             self._publisher.publish(self._message(assessment))
             if assessment.prediction_failure:
-                self.get_logger().warning(f"no prediction: {assessment.prediction_failure}")
+                self.get_logger().warning(f"no prediction: {shown(assessment.prediction_failure)}")
             if assessment.verdict:
                 self.get_logger().info(assessment.verdict)
 
@@ -196,29 +147,18 @@ class AssessorNode(Node):
         layout = design(self._mu_count)
         message = CaptureAssessment(
             stage=int(a.stage),
-            cqi=a.cqi,
-            cqi_all=a.cqi_all,
-            hull_volume=a.hull_volume,
-            hull_area=a.hull_area,
-            mouth_area=a.mouth_area,
-            net_debris_distance=a.net_debris_distance,
             locked_pairs=a.locked_pairs,
             max_locked_pairs=layout.max_locked_pairs,
             required_locked_pairs=layout.required_locked_pairs,
             source=a.source,
             captured=a.captured,
-            verdict=a.verdict,
-            cqi_error=a.cqi_error,
-            locked_pairs_error=a.locked_pairs_error,
+            verdict=shown(a.verdict),
         )
         set_stamp(message.header.stamp, a.stamp_ns)
         message.header.frame_id = topics.FRAME
         if a.prediction is not None:
-            message.prediction_valid = True
-            message.predicted_cqi = float(a.prediction.cqi)
-            message.predicted_locked_pairs = float(a.prediction.locked_pairs)
-            message.predicted_capture_probability = float(a.prediction.capture_probability)
-            message.predictor = self._predictor_name
+            message.predictor = shown(self._predictor_name)
+        unknown.fill(message, a.numbers)
         return message
 
 

@@ -7,15 +7,14 @@ if __name__ == "__main__":
 
     quiet_start()
 
+import functools
 import math
 import secrets
 import time
 
 from diagnostic_msgs.msg import DiagnosticArray
-from nav_msgs.msg import Odometry
 from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
-from rclpy.serialization import deserialize_message
 from std_msgs.msg import Header
 from std_srvs.srv import Trigger
 
@@ -23,23 +22,19 @@ from tethernet_control.controller import Mode
 from tethernet_control.layout import FALLBACK, design
 from tethernet_control.mission import Mission, Phase, check_debris_position
 from tethernet_control.parameters import ParameterError
-from tethernet_control.ros import diagnostics, executor, topics
-from tethernet_control.ros.conversions import (
-    MessageError,
-    coordinates,
-    finite,
-    mission_message,
-    nanoseconds,
-    point_message,
-    set_stamp,
-)
+from tethernet_control.ros import checks, diagnostics, executor, topics
+from tethernet_control.ros.checks import NetMeasurement, PlanRequest
+from tethernet_control.ros.conversions import mission_message, nanoseconds, point_message, set_stamp
+from tethernet_control.ros.door import Door
 from tethernet_control.ros.newest_odometry import NewestOdometry
 from tethernet_control.ros.parameters import NODE_OPTIONS, declare
 from tethernet_control.ros.qos import BULK, CONTROL, STATE, STATE_BACKLOG
-from tethernet_control.ros.serialized_odometry import serialized_odometry_values
+from tethernet_control.ros.serialized import OdometrySample
+from tethernet_control.ros.well_formed import MessageError
 from tethernet_control.settings import NANOSECOND_S, ControlParameters, MissionParameters
+from tethernet_control.shown import SHORT, shown
 from tethernet_control.step_guard import StampGuard, Step
-from tethernet_msgs.msg import MissionState, MuStatus, NetState
+from tethernet_msgs.msg import MissionState, MuStatus
 from tethernet_msgs.srv import PlanAimingPoints
 
 from . import policies
@@ -71,9 +66,10 @@ class PlannerNode(Node):
         except policies.PolicyError as error:
             raise ParameterError(f"PlannerParameters.policy: {error}") from error
         mu_count = self._settings.mu_count
-        self._state_publisher = self.create_publisher(MissionState, topics.MISSION_STATE, STATE)
-        self._beat_publisher = self.create_publisher(Header, topics.PLANNER_HEARTBEAT, CONTROL)
-        self._diagnostics_publisher = self.create_publisher(DiagnosticArray, topics.DIAGNOSTICS, BULK)
+        self._door = door = Door(self)
+        self._state_publisher = door.publish(MissionState, topics.MISSION_STATE, STATE)
+        self._beat_publisher = door.publish(Header, topics.PLANNER_HEARTBEAT, CONTROL)
+        self._diagnostics_publisher = door.publish(DiagnosticArray, topics.DIAGNOSTICS, BULK)
         self._sequencer = MissionSequencer(
             mu_count,
             self._rules,
@@ -83,34 +79,30 @@ class PlannerNode(Node):
             mission_id=secrets.randbits(64) | 1,  # 0 is a message nobody has filled
         )
         self._beat = Header(frame_id=topics.FRAME)
-        place = tuple(self._settings.debris_position) or None
-        self._debris = NewestOdometry("debris odometry", control, self._drop, place)
+        self._debris = NewestOdometry(control, tuple(self._settings.debris_position) or None)
         self._net = _UNKNOWN
         self._net_ns = -1
         self._net_clock = StampGuard(control)
         self._locked: list[bool] = []
         self._decided_ns = -1
-        self._dropped = 0
         self._newest_measurement_s = time.monotonic()
         self._statuses: dict[int, MuStatus] = {}
         self._lookout = Lookout(mu_count, self._rules, control)
         self._lookout.debris = self._debris_motion
 
-        self.create_service(PlanAimingPoints, topics.PLAN_AIMING_POINTS, self._on_plan)
-        self.create_service(Trigger, topics.START, self._on_start)
-        self.create_service(Trigger, topics.ABORT, self._on_abort)
-        self.create_subscription(Odometry, topics.DEBRIS_ODOMETRY, self._on_debris, STATE_BACKLOG, raw=True)
+        door.serve(PlanAimingPoints, topics.PLAN_AIMING_POINTS, checks.plan_request, self._on_plan)
+        door.serve(Trigger, topics.START, checks.trigger_request, self._on_start)
+        door.serve(Trigger, topics.ABORT, checks.trigger_request, self._on_abort)
+        door.subscribe(checks.ODOMETRY, topics.DEBRIS_ODOMETRY, self._on_debris, STATE_BACKLOG)
         for mu in range(1, mu_count + 1):
-            self.create_subscription(MuStatus, topics.mu_status(mu), self._on_status, STATE)
+            door.subscribe(checks.mu_status(mu), topics.mu_status(mu), self._on_status, STATE)
         self._pairs = DockedPairs(mu_count, self._rules.docking_distance_m)
-        self._swarm = SwarmCentroid(mu_count, control, self._drop)
+        self._swarm = SwarmCentroid(mu_count, control, door.drop)
         if self._settings.simulated:
-            self.create_subscription(NetState, topics.NET_STATE, self._on_net, BULK)
+            door.subscribe(checks.net_state(mu_count), topics.NET_STATE, self._on_net, BULK)
         if not self._settings.simulated or design(mu_count).closes_by_docking:
             for mu in range(1, mu_count + 1):
-                self.create_subscription(
-                    Odometry, topics.mu_odometry(mu), lambda data, mu=mu: self._on_mu(mu, data), CONTROL, raw=True
-                )
+                door.subscribe(checks.ODOMETRY, topics.mu_odometry(mu), functools.partial(self._on_mu, mu), CONTROL)
         wall = Clock(clock_type=ClockType.STEADY_TIME)
         self.create_timer(_POLL_S, self._on_poll, clock=wall)
         self.create_timer(self._settings.diagnostics_period_s, self._on_diagnostics, clock=wall)
@@ -118,41 +110,25 @@ class PlannerNode(Node):
 
     # What is measured
 
-    def _on_net(self, message: NetState) -> None:
-        stamp_ns = nanoseconds(message.header.stamp)
-        step = self._net_clock.take(stamp_ns)
+    def _on_net(self, net: NetMeasurement) -> None:
+        step = self._net_clock.take(net.stamp_ns)
         if not step.good:
-            self._drop("net state", self._net_clock.why(stamp_ns))
-            return
+            raise MessageError(self._net_clock.why(net.stamp_ns))
         if step is Step.ANEW:
             self._decided_ns = -1
         self._decide(complete=False)  # a tick that still lacks an MU's odometry does without now that time has gone on
-        center = coordinates(message.center_of_mass)
-        if not finite(*center):
-            # The tick is still decided on, with nothing known of the net: a lock-step simulator waits for the
-            # heartbeat.
-            self._drop("net state", "its centre of mass is not finite")
-            center = _UNKNOWN
-        self._net, self._net_ns, self._locked = center, stamp_ns, message.locked
+        self._net, self._net_ns, self._locked = net.center, net.stamp_ns, net.locked
         self._decide()
 
-    def _on_debris(self, data: bytes) -> None:
-        if self._debris.take(data):
+    def _on_debris(self, sample: OdometrySample) -> None:
+        if self._debris.take(sample):
             if self._settings.simulated:  # else the swarm's time counts: the debris' tracker may have another clock
-                self._sequencer.saw_time(self._debris.stamp_ns)
+                self._sequencer.saw_time(sample.stamp_ns)
             self._decide()
 
-    def _on_mu(self, mu: int, data: bytes) -> None:
-        try:
-            stamp_ns, position, velocity = serialized_odometry_values(data)
-        except MessageError as error:
-            self._drop(f"odometry of MU {mu}", str(error))
-            return
-        if not finite(*position, *velocity):
-            self._drop(f"odometry of MU {mu}", "not finite")
-            return
+    def _on_mu(self, mu: int, sample: OdometrySample) -> None:
         swarm = self._swarm
-        tick = swarm.update(mu, stamp_ns, position, velocity)
+        tick = swarm.update(mu, sample.stamp_ns, sample.position, sample.velocity)
         if self._settings.simulated:
             self._decide()
             return
@@ -183,49 +159,47 @@ class PlannerNode(Node):
 
     def _debris_motion(self) -> DebrisMotion | None:
         """From its newest odometry; None where there is none."""
-        if self._debris.data is None:
-            return None
-        message = deserialize_message(self._debris.data, Odometry)
-        pose, twist = message.pose.pose, message.twist.twist
-        q = pose.orientation
-        return (
-            coordinates(pose.position),
-            (q.x, q.y, q.z, q.w),
-            coordinates(twist.linear),
-            coordinates(twist.angular),
-        )
-
-    def _drop(self, what: str, why: str) -> None:
-        self._dropped += 1
-        self.get_logger().warning(f"{what} dropped: {why} ({self._dropped} dropped so far)", throttle_duration_sec=1.0)
+        sample = self._debris.sample
+        return None if sample is None else (sample.position, sample.attitude, sample.linear, sample.angular)
 
     # What is asked for
 
-    def _on_plan(
-        self, request: PlanAimingPoints.Request, response: PlanAimingPoints.Response
-    ) -> PlanAimingPoints.Response:
+    def _on_plan(self, request: PlanRequest, response: PlanAimingPoints.Response) -> PlanAimingPoints.Response:
         name = request.policy or self._settings.policy
         try:
-            plan = self._plan(name, request.mu_count or self._settings.mu_count, coordinates(request.debris_position))
+            self._check_offered(name)
+            plan = self._plan(name, request.mu_count or self._settings.mu_count, request.debris_position)
         except ValueError as error:
-            response.success, response.message = False, str(error)
+            response.success, response.message = False, shown(error)
             return response
         response.success, response.policy = True, plan.policy
-        response.message = plan.message or f"{len(plan.points)} aiming points"
+        response.message = shown(plan.message or f"{len(plan.points)} aiming points")
         response.aiming_points = [point_message(point) for point in plan.points]
         return response
+
+    def _check_offered(self, name: str) -> None:
+        """Who asks over the network may name a policy; the only file is the one that this planner was started with.
+
+        Raises:
+            ValueError: naming what is allowed; it does not tell whether there is such a file.
+        """
+        if name != self._settings.policy and name not in policies.names():
+            allowed = ", ".join(policies.names())
+            raise ValueError(
+                f"no policy named {shown(name, SHORT)!r}; allowed: {allowed}, or the one this planner was started with"
+            )
 
     def _plan(self, name: str, mu_count: int, debris_position) -> policies.Plan:
         design(mu_count)
         position = check_debris_position(debris_position, self._rules)
         return policies.plan(name, mu_count, position)
 
-    def _on_start(self, _request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+    def _on_start(self, _: None, response: Trigger.Response) -> Trigger.Response:
         try:
             self._start()
         except ValueError as error:
-            response.success, response.message = False, str(error)
-            self.get_logger().error(f"not started: {error}")
+            response.success, response.message = False, shown(error)
+            self.get_logger().error(f"not started: {shown(error)}")
         else:
             place = ", ".join(f"{value:g}" for value in self._debris.position)
             response.success, response.message = True, f"armed: policy {self._settings.policy}, debris at ({place}) m"
@@ -256,7 +230,7 @@ class PlannerNode(Node):
         self._newest_measurement_s = time.monotonic()
         self._sequencer.start(self._debris.position, self._settings.policy)
 
-    def _on_abort(self, _request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+    def _on_abort(self, _: None, response: Trigger.Response) -> Trigger.Response:
         response.success = self._sequencer.abort(f"asked for on {topics.ABORT}")
         response.message = "aborted" if response.success else f"over already: {self._sequencer.mission.phase.name}"
         self.get_logger().info(f"abort asked for: {response.message}")
@@ -280,7 +254,7 @@ class PlannerNode(Node):
         self._state_publisher.publish(mission_message(mission, stamp_ns, confirmed, reason))
         if confirmed and mission.sequence:
             self.get_logger().info(
-                f"{mission.phase.name} at {stamp_ns * 1e-9:.2f} s" + (f": {reason}" if reason else "")
+                f"{mission.phase.name} at {stamp_ns * 1e-9:.2f} s" + (f": {shown(reason)}" if reason else "")
             )
 
     def _publish_beat(self, stamp_ns: int) -> None:
@@ -293,12 +267,14 @@ class PlannerNode(Node):
         sequencer = self._sequencer
         mission = sequencer.mission
         bad = mission.phase in (Phase.MISSED, Phase.ABORTED)
-        level = diagnostics.ERROR if bad else diagnostics.WARN if sequencer.lost or self._dropped else diagnostics.OK
+        troubled = sequencer.lost or self._door.dropped
+        level = diagnostics.ERROR if bad else diagnostics.WARN if troubled else diagnostics.OK
         entries = [
             diagnostics.entry(
                 "planner", level, mission.reason or mission.phase.name,
                 phase=mission.phase.name, sequence=mission.sequence, confirmed=sequencer.confirmed,
-                policy=self._settings.policy, dropped_measurements=self._dropped,
+                policy=self._settings.policy, dropped_messages=self._door.dropped,
+                dropped_on=self._door.summary() or "none",
                 lost_controllers=mu_names(sequencer.lost) or "none",
             )
         ]  # fmt: skip
@@ -318,12 +294,13 @@ class PlannerNode(Node):
             level, text = diagnostics.ERROR, "does not answer"
         elif mode in _STOPPED:
             level, text = diagnostics.ERROR, _STOPPED[mode]
-        elif status.rejected_odometry or status.aiming_source == FALLBACK:
+        elif status.rejected_messages or status.aiming_source == FALLBACK:
             level = diagnostics.WARN
         return diagnostics.entry(
             name, level, text,
-            aiming_source=status.aiming_source, tracking_error_m=status.tracking_error, fuel_kg=status.fuel,
-            commands=status.commands, saturated=status.saturated, rejected_odometry=status.rejected_odometry,
+            aiming_source=shown(status.aiming_source, SHORT), tracking_error_m=status.tracking_error,
+            fuel_kg=status.fuel, commands=status.commands, saturated=status.saturated,
+            rejected_odometry=status.rejected_odometry, rejected_messages=status.rejected_messages,
             deadline_misses=status.deadline_misses,
         )  # fmt: skip
 

@@ -23,7 +23,7 @@ from .scenario import Outcome, Scenario
 from .sensors import OdometryNoise
 from .settings import PhysicsParameters, check_together
 from .state import DEBRIS
-from .world import World
+from .world import World, divergence
 
 CHUNK = 64
 """Scenarios flown together: enough to keep all cores busy until the last one ends, small enough for the caches."""
@@ -269,17 +269,14 @@ class _Flight:
         """The planner's part: trigger, end. Returns the scenarios that fly on."""
         rules, control = self.settings.mission, self.settings.control
         going_on = []
-        for b in flying:
-            center = self.world.net_center(b)
-            if not np.isfinite(center).all():
-                self.outcomes[b] = self._outcome(
-                    b, stamp_ns, error=f"the simulation diverged {seconds_between(0, stamp_ns):.2f} s after launch"
-                )
+        for b, diverged in zip(flying, self.world.diverged(flying), strict=True):
+            if diverged:
+                self.outcomes[b] = self._outcome(b, stamp_ns, error=divergence(seconds_between(0, stamp_ns)))
                 continue
             self.missions[b] = advance(
                 self.missions[b],
                 stamp_ns,
-                center,
+                self.world.net_center(b),
                 self.world.debris_position(b),
                 rules,
                 control,

@@ -60,8 +60,6 @@ class ThrustBook:
         self._stamp_ns: int | None = None
         self.late = 0
         """Ticks that had to go on with an older command."""
-        self.rejected = 0
-        """Commands dropped: NaN, infinite, out of order."""
         self.clipped = 0
         """Commands beyond the thrust limit."""
         self.zeroed = 0
@@ -79,10 +77,8 @@ class ThrustBook:
             True when it is used. It is not when it is not finite, of the future, or older than the one held.
         """
         if not all(math.isfinite(value) for value in thrust) or stamp_ns > now_ns:
-            self.rejected += 1
             return False
         if self._stamp_ns is not None and stamp_ns < self._stamp_ns:
-            self.rejected += 1
             return False
         limit = self._control.thrust_limit_n
         if max(map(abs, thrust)) > limit:

@@ -7,38 +7,34 @@ if __name__ == "__main__":
 
     quiet_start()
 
+import functools
 import signal
 import sys
 import time
 
 import numpy as np
 from diagnostic_msgs.msg import DiagnosticArray
-from geometry_msgs.msg import WrenchStamped
 from nav_msgs.msg import Odometry
 from rclpy.clock import Clock as RosClock
 from rclpy.clock import ClockType
 from rclpy.node import Node
 from rosgraph_msgs.msg import Clock
-from std_msgs.msg import Header
 from tf2_msgs.msg import TFMessage
 from visualization_msgs.msg import MarkerArray
 
 from tethernet_control import law
 from tethernet_control.mission import Mission, Phase, seconds_between
 from tethernet_control.mission_gate import MissionGate
-from tethernet_control.ros import diagnostics, qos, topics
-from tethernet_control.ros.conversions import (
-    MessageError,
-    finite,
-    mission_from,
-    nanoseconds,
-    odometry_values,
-    set_stamp,
-)
+from tethernet_control.ros import checks, diagnostics, qos, topics
+from tethernet_control.ros.checks import MissionNews
+from tethernet_control.ros.conversions import set_stamp
+from tethernet_control.ros.door import Door
 from tethernet_control.ros.executor import run
 from tethernet_control.ros.parameters import NODE_OPTIONS, declare
+from tethernet_control.ros.serialized import OdometrySample, ThrustCommand
+from tethernet_control.ros.well_formed import MessageError
 from tethernet_control.settings import NANOSECOND_S, ControlParameters, MissionParameters
-from tethernet_msgs.msg import MissionState, NetState, SimStatus
+from tethernet_msgs.msg import NetState, SimStatus
 
 from .latency import LatencyCount
 from .lockstep import Barrier, ThrustBook
@@ -48,10 +44,12 @@ from .sensors import OdometryNoise
 from .settings import PhysicsParameters, ScenarioParameters, SimNodeParameters
 from .state import CHASER, DEBRIS
 from .warm_up import load_kernels
-from .world import World
+from .world import World, divergence
 
 PLANNER = "planner"
 _EXTERNAL = "odometry of mu"
+_FIRST = np.zeros(1, int)
+"""Index of the only scenario."""
 
 
 class SimNode(Node):
@@ -84,10 +82,12 @@ class SimNode(Node):
         self.barrier = Barrier(
             frozenset([PLANNER, *map(topics.mu_frame, self.mus), *(f"{_EXTERNAL}{mu}" for mu in self.external)])
         )
+        self.fault = ""
         self.fuel = np.zeros(mus)
         self.latencies = LatencyCount()
         self._sent_at = [0.0] * mus
         self._launched_at = self._opened_at = 0.0
+        self._door = Door(self)
         self._make_publishers()
         self._make_subscriptions()
         period = self.control.control_period_s
@@ -109,7 +109,7 @@ class SimNode(Node):
         return np.array(s.debris_position), np.array(s.debris_attitude), np.array(s.debris_rate)
 
     def _make_publishers(self) -> None:
-        make = self.create_publisher
+        make = self._door.publish
         self._clock_out = make(Clock, topics.CLOCK, qos.CONTROL)
         self._odometry = {mu: MuOdometry(mu, self.control) for mu in self.mus if mu not in self.external}
         self._odometry_out = {mu: make(Odometry, topics.mu_odometry(mu), qos.CONTROL) for mu in self._odometry}
@@ -124,20 +124,18 @@ class SimNode(Node):
         self._diagnostics_out = make(DiagnosticArray, topics.DIAGNOSTICS, qos.BULK)
 
     def _make_subscriptions(self) -> None:
-        subscribe = self.create_subscription
-        subscribe(MissionState, topics.MISSION_STATE, self._on_mission, qos.STATE)
-        subscribe(Header, topics.PLANNER_HEARTBEAT, self._on_heartbeat, qos.CONTROL)
+        subscribe = self._door.subscribe
+        subscribe(checks.mission_state(len(self.mus)), topics.MISSION_STATE, self._on_mission, qos.STATE)
+        subscribe(checks.HEARTBEAT, topics.PLANNER_HEARTBEAT, self._on_heartbeat, qos.CONTROL)
         for mu in self.mus:
-            subscribe(WrenchStamped, topics.mu_thrust(mu), lambda msg, mu=mu: self._on_thrust(mu, msg), qos.CONTROL)
+            take = functools.partial(self._on_thrust, mu)
+            subscribe(checks.THRUST, topics.mu_thrust(mu), take, qos.CONTROL)
         for mu in self.external:
-            subscribe(Odometry, topics.mu_odometry(mu), lambda msg, mu=mu: self._on_external(mu, msg), qos.CONTROL)
+            follow = functools.partial(self._on_external, mu)
+            subscribe(checks.ODOMETRY, topics.mu_odometry(mu), follow, qos.CONTROL)
 
-    def _on_mission(self, message: MissionState) -> None:
-        try:
-            mission = mission_from(message)
-        except MessageError as error:
-            self.get_logger().error(f"mission state ignored: {error}")
-            return
+    def _on_mission(self, news: MissionNews) -> None:
+        mission = news.mission
         if not self.gate.take(mission) and not self.gate.is_present(mission):
             self.get_logger().warning(
                 f"state {mission.sequence} ({mission.phase.name}) of planner {mission.mission_id}'s mission ignored: "
@@ -147,46 +145,40 @@ class SimNode(Node):
             return
         if mission.phase.over:
             self._finish()
-        elif mission.phase == Phase.DEPLOYING and message.confirmed and not self.flying and not self.finished:
+        elif mission.phase == Phase.DEPLOYING and news.confirmed and not self.flying and not self.finished:
             self.flying = True
             self._launched_at = time.perf_counter()
             if not self.lockstep:
                 self._timer.reset()
             self._publish_tick()
 
-    def _on_heartbeat(self, message: Header) -> None:
-        self._answered(PLANNER, nanoseconds(message.stamp))
+    def _on_heartbeat(self, stamp_ns: int) -> None:
+        if stamp_ns > self.stamp_ns:
+            raise MessageError(f"a heartbeat for {stamp_ns} ns, and the simulation is at {self.stamp_ns} ns")
+        self._answered(PLANNER, stamp_ns)
 
-    def _on_thrust(self, mu: int, message: WrenchStamped) -> None:
-        stamp_ns = nanoseconds(message.header.stamp)
+    def _on_thrust(self, mu: int, command: ThrustCommand) -> None:
+        stamp_ns = command.stamp_ns
         name = topics.mu_frame(mu)
         answered = name not in self.barrier.pending
         if self.lockstep and stamp_ns == self.stamp_ns and answered and name not in self.barrier.lost:
             return  # a watchdog's afterthought on a slow machine must not change what was already answered
-        force = message.wrench.force
-        if self.books[mu].take(stamp_ns, (force.x, force.y, force.z), self.stamp_ns) and stamp_ns == self.stamp_ns:
+        if not self.books[mu].take(stamp_ns, command.force, self.stamp_ns):
+            raise MessageError(f"it answers {stamp_ns} ns: of the future, or older than the command that is held")
+        if stamp_ns == self.stamp_ns:
             self.latencies.add(time.perf_counter() - self._sent_at[mu - 1])
         self._answered(name, stamp_ns)
 
-    def _on_external(self, mu: int, message: Odometry) -> None:
-        try:
-            stamp_ns, position, velocity = odometry_values(message)
-        except MessageError as error:
-            self.get_logger().warning(f"odometry of external MU {mu} ignored: {error}", throttle_duration_sec=5.0)
-            return
+    def _on_external(self, mu: int, sample: OdometrySample) -> None:
         # The sample may be older than the tick: the stand-in follows where the MU is now.
-        age = seconds_between(stamp_ns, self.stamp_ns)
-        if not 0.0 <= age <= seconds_between(0, self.control.held_ns):
-            self.get_logger().warning(
-                f"odometry of external MU {mu} ignored: its stamp is {age:.3g} s older than the tick; "
-                f"allowed: 0 to {seconds_between(0, self.control.held_ns):g} s, by {topics.CLOCK}",
-                throttle_duration_sec=5.0,
+        age, most = seconds_between(sample.stamp_ns, self.stamp_ns), seconds_between(0, self.control.held_ns)
+        if not 0.0 <= age <= most:
+            raise MessageError(
+                f"its stamp is {age:.3g} s older than the tick; allowed: 0 to {most:g} s, by {topics.CLOCK}"
             )
-            return
-        if finite(*position, *velocity):
-            self.world.target_vel[0, mu - 1] = velocity
-            self.world.target_pos[0, mu - 1] = np.add(position, np.multiply(velocity, age))
-        self._answered(f"{_EXTERNAL}{mu}", stamp_ns)
+        self.world.target_vel[0, mu - 1] = sample.velocity
+        self.world.target_pos[0, mu - 1] = np.add(sample.position, np.multiply(sample.velocity, age))
+        self._answered(f"{_EXTERNAL}{mu}", sample.stamp_ns)
 
     def _answered(self, who: str, stamp_ns: int) -> None:
         if self.flying and self.barrier.answer(who, stamp_ns):
@@ -228,6 +220,9 @@ class SimNode(Node):
 
     def _publish_tick(self) -> None:
         stamp_ns, state = self.stamp_ns, self.world.state
+        if self.world.diverged(_FIRST)[0]:
+            self._break_down()
+            return
         if self.mission.closing and stamp_ns >= self.mission.closing_ns and not state.closing[0]:
             self.world.begin_closing(0)
         self.barrier.open(stamp_ns)
@@ -279,9 +274,10 @@ class SimNode(Node):
         message = SimStatus(
             tick=self.stamp_ns // self.control.period_ns,
             finished=self.finished,
+            fault=self.fault,
             real_time_factor=elapsed / wall if self.flying or self.finished else 0.0,
             late_commands=[book.late for book in books],
-            rejected_commands=[book.rejected for book in books],
+            rejected_commands=[self._door.counts[topics.mu_thrust(mu)] for mu in self.mus],
             clipped_commands=[book.clipped for book in books],
             zeroed_commands=[book.zeroed for book in books],
             lost_controllers=[mu for mu in self.mus if topics.mu_frame(mu) in self.barrier.lost],
@@ -298,8 +294,10 @@ class SimNode(Node):
         troubled = [
             f"mu{mu}"
             for mu in self.mus
-            if self.books[mu].zeroed or self.books[mu].rejected or mu in status.lost_controllers
+            if self.books[mu].zeroed or status.rejected_commands[mu - 1] or mu in status.lost_controllers
         ]
+        if self._door.dropped:
+            troubled.append("messages")
         level, text = (
             (diagnostics.WARN, "trouble with " + ", ".join(troubled)) if troubled else (diagnostics.OK, "flying")
         )
@@ -309,11 +307,20 @@ class SimNode(Node):
             "late commands": sum(status.late_commands),
             "rejected commands": sum(status.rejected_commands),
             "clipped commands": sum(status.clipped_commands),
+            "dropped messages": self._door.summary() or "none",
             "latency p99 [s]": status.latency_p99,
             "points in contact": int(self.world.state.contacts[0]),
         }
         entry = diagnostics.entry("sim: flight", level, text, **values)
         self._diagnostics_out.publish(diagnostics.array(self.stamp_ns, [entry]))
+
+    def _break_down(self) -> None:
+        """Stop: nothing of what the world is now must leave this node but that it is no world any more."""
+        self.fault = divergence(seconds_between(self.mission.launch_ns, self.stamp_ns))
+        self.get_logger().fatal(self.fault)
+        self.finished, self.flying = True, False
+        self._timer.cancel()
+        self._publish_status()
 
     def _finish(self) -> None:
         if self.finished:

@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 
+from tethernet_control.bounds import FARTHEST_M, FASTEST_M_S, FASTEST_RAD_S
 from tethernet_control.rotation import inverse, matrix, rotate
 from tethernet_control.settings import ControlParameters, MissionParameters
 
@@ -14,6 +15,11 @@ from .kernels import step
 from .model import CENTRAL_KNOT, Model, build_model
 from .settings import PhysicsParameters, check_together
 from .state import ATTITUDE, CHASER, DEBRIS, MOMENTUM, POSITION, VELOCITY, State, initial_state
+
+
+def divergence(elapsed_s: float) -> str:
+    """What is said of a simulation that has broken down so long after launch [s]."""
+    return f"the simulation diverged {elapsed_s:.2f} s after launch"
 
 
 class World:
@@ -82,6 +88,29 @@ class World:
             )  # fmt: skip
 
         cores.share(fly, self._all if chosen is None else chosen)
+
+    def diverged(self, chosen: np.ndarray) -> np.ndarray:
+        """Which simulations have broken down: a number is not finite, or no body can be so far off or so fast.
+
+        Args:
+            chosen: indices of the scenarios, shape (C,).
+
+        Returns:
+            One bool each, shape (C,).
+        """
+        s = self.state
+        bodies = s.bodies[chosen]
+        smallest = min(inertia.min() for inertia in self._inertia.values())
+        far = (s.knot_pos[chosen], s.mu_pos[chosen], bodies[:, :, POSITION])
+        fast = (s.knot_vel[chosen], s.mu_vel[chosen], bodies[:, :, VELOCITY])
+        sound = np.isfinite(bodies[:, :, ATTITUDE]).all(axis=(1, 2))
+        for values, limit in (
+            *((values, FARTHEST_M) for values in far),
+            *((values, FASTEST_M_S) for values in fast),
+            (bodies[:, :, MOMENTUM], FASTEST_RAD_S * smallest),
+        ):
+            sound &= (np.abs(values) <= limit).all(axis=(1, 2))  # NaN is not
+        return ~sound
 
     def begin_closing(self, index: int) -> None:
         """Lock the main tether, start the winches, enable docking in one scenario."""

@@ -20,6 +20,8 @@ import yaml
 from tethernet_control.mission import Phase
 from tethernet_control.ros import topics
 from tethernet_control.settings import NANOSECOND_S
+from tethernet_control.shown import shown
+from tethernet_control.unknown import restore
 
 from ..bag_errors import NotABagError
 from ..bag_reader import BagMessage, BagReader
@@ -28,6 +30,8 @@ from .decoder import Decoder
 
 _MU_TOPIC = re.compile(r"/mu(\d+)/(odom|thrust|status)$")
 _SURELY_ANOTHER_CLOCK_NS = 3_600_000_000_000
+_PARAMETERS = "parameters"
+"""Name of the fact that is a text of many lines: the run's parameters as YAML."""
 _DEFAULT_RADIUS_M, _DEFAULT_LENGTH_M = 1.95, 11.1
 
 
@@ -232,7 +236,7 @@ class MissionData:
     def parameters(self) -> Any:
         """The run's parameters as nested mappings; empty where unknown."""
         try:
-            return yaml.load(self.facts.get("parameters", ""), getattr(yaml, "CSafeLoader", yaml.SafeLoader)) or {}
+            return yaml.load(self.facts.get(_PARAMETERS, ""), getattr(yaml, "CSafeLoader", yaml.SafeLoader)) or {}
         except yaml.YAMLError:
             return {}
 
@@ -252,7 +256,8 @@ def load(bag: BagReader) -> MissionData:
     for message in bag.messages():
         reader.take(message)
     data.problems = list(bag.problems)
-    data.facts = bag.metadata.get(RUN_INFO_RECORD, {})
+    facts = bag.metadata.get(RUN_INFO_RECORD, {})
+    data.facts = {name: text if name == _PARAMETERS else shown(text) for name, text in facts.items()}
     _date_early_phases(data.phases)
     for name in bag.topics:
         data.topics.setdefault(name, TopicCount(bag.topics[name].message_type.name))
@@ -335,10 +340,12 @@ class _Reader:
         time = {Phase.DEPLOYING: message.launch_time, Phase.CLOSING: message.closing_time}.get(
             phase, message.header.stamp
         )
-        data.phases.append(PhaseChange(_nanoseconds(time), phase, message.reason))
+        data.phases.append(PhaseChange(_nanoseconds(time), phase, shown(message.reason)))
 
     def _assessment(self, message) -> None:
         data, stamp = self._data, _stamp(message)
+        message = restore(message)
+        message.verdict, message.predictor = shown(message.verdict), shown(message.predictor)
         # Series leaves out rows with NaN: where the quality cannot be measured, pairs are still worth a line.
         data.assessments.add(stamp, message.cqi if math.isfinite(message.cqi) else -1.0, message.locked_pairs)
         data.distances.add(stamp, message.net_debris_distance)

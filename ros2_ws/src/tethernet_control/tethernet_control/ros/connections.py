@@ -14,6 +14,14 @@ from dataclasses import dataclass
 from rclpy.node import Node
 from std_srvs.srv import Trigger
 
+from tethernet_control.shown import SHORT, shown
+
+from .checks import trigger_request
+from .door import Door
+from .well_formed import MessageError
+
+_LONGEST_TEXT = 100_000  # [characters] of an answer; a recorder's, with all topics of 8 MUs, has 1500
+
 
 @dataclass(frozen=True)
 class Connections:
@@ -35,7 +43,7 @@ def service_name(node: str) -> str:
 def serve_connections(node: Node) -> None:
     """Offer the service on a node."""
 
-    def tell(_, response: Trigger.Response) -> Trigger.Response:
+    def tell(_: None, response: Trigger.Response) -> Trigger.Response:
         content = {
             "pid": os.getpid(),
             "subscribers": {out.topic_name: out.get_subscription_count() for out in node.publishers},
@@ -44,20 +52,23 @@ def serve_connections(node: Node) -> None:
         response.success, response.message = True, json.dumps(content)
         return response
 
-    node.create_service(Trigger, service_name(node.get_name()), tell)
+    Door(node).serve(Trigger, service_name(node.get_name()), trigger_request, tell)
 
 
 def read_connections(response: Trigger.Response) -> Connections:
     """What a service answered.
 
     Raises:
-        ValueError: when it is no such answer.
+        MessageError: when it is no such answer.
     """
+    text = response.message
     try:
-        content = json.loads(response.message)
+        if len(text) > _LONGEST_TEXT:
+            raise ValueError
+        content = json.loads(text)
         subscribers, publishers = (
             {str(topic): int(count) for topic, count in content[side].items()} for side in ("subscribers", "publishers")
         )
         return Connections(int(content["pid"]), subscribers, publishers)
-    except (ValueError, TypeError, KeyError, AttributeError) as error:
-        raise ValueError(f"no answer of a connections service: {response.message!r}") from error
+    except (ValueError, TypeError, KeyError, AttributeError, OverflowError, RecursionError) as error:
+        raise MessageError(f"no answer of a connections service: {shown(text, SHORT)}") from error

@@ -2,61 +2,54 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 from tethernet_control.settings import ControlParameters
 from tethernet_control.step_guard import StampGuard
 
-from .conversions import MessageError, Vector, finite
-from .serialized_odometry import serialized_odometry_values
+from .conversions import Vector
+from .serialized import OdometrySample
+from .well_formed import MessageError
 
 
 class NewestOdometry:
-    """Keeps the newest sample; what is older, not finite or makes no sense is dropped and told."""
+    """Keeps the newest sample; those whose stamps cannot follow on it are refused."""
 
-    def __init__(
-        self,
-        name: str,
-        control: ControlParameters,
-        drop: Callable[[str, str], None],
-        position: Vector | None = None,
-    ):
+    def __init__(self, control: ControlParameters, position: Vector | None = None):
         """Args:
-        name: of the odometry, for what is told.
         control: says which stamps can be.
-        drop: told (name, why) of every sample that is dropped.
         position: where the body is before anything is heard [m], if that is known.
         """
-        self.stamp_ns = -1
-        """Of the newest sample, finite or not [ns]; -1 before any."""
-        self.position = position
-        """[m], of the newest finite sample."""
-        self.velocity: Vector = (0.0, 0.0, 0.0)
-        """[m/s], frame launch, likewise."""
-        self.data: bytes | None = None
-        """The whole serialized nav_msgs/Odometry, likewise."""
-        self._name, self._drop = name, drop
+        self.sample: OdometrySample | None = None
+        """The newest; None before any."""
+        self._position = position
         self._clock = StampGuard(control)
 
-    def take(self, data: bytes) -> bool:
-        """Take one serialized nav_msgs/Odometry.
+    @property
+    def stamp_ns(self) -> int:
+        """Of the newest sample [ns]; -1 before any."""
+        return -1 if self.sample is None else self.sample.stamp_ns
+
+    @property
+    def position(self) -> Vector | None:
+        """[m]."""
+        return self._position if self.sample is None else self.sample.position
+
+    @property
+    def velocity(self) -> Vector:
+        """[m/s], frame launch; zero before any."""
+        return (0.0, 0.0, 0.0) if self.sample is None else self.sample.velocity
+
+    def take(self, sample: OdometrySample) -> bool:
+        """Take one sample.
 
         Returns:
-            True when its stamp is newer, or its clock was set anew: time has gone on, even where the numbers are not
-            finite and the last good ones stand.
+            True when it is newer, or its clock was set anew; false when it is latched and told again.
+
+        Raises:
+            MessageError: when its stamp cannot follow on the newest's.
         """
-        try:
-            stamp_ns, position, velocity = serialized_odometry_values(data)
-        except MessageError as error:
-            self._drop(self._name, str(error))
-            return False
-        if not self._clock.take(stamp_ns).good:
-            if stamp_ns != self.stamp_ns:  # else it is latched and told again
-                self._drop(self._name, self._clock.why(stamp_ns))
-            return False
-        self.stamp_ns = stamp_ns
-        if finite(*position, *velocity):
-            self.position, self.velocity, self.data = position, velocity, data
-        else:
-            self._drop(self._name, "not finite; the last good one stands")
+        if not self._clock.take(sample.stamp_ns).good:
+            if sample.stamp_ns == self.stamp_ns:
+                return False
+            raise MessageError(self._clock.why(sample.stamp_ns))
+        self.sample = sample
         return True

@@ -79,7 +79,7 @@ class NetStateMessage:
     """The whole net."""
 
     def __init__(self):
-        self.message = NetState(rows=KNOT_ROWS, columns=KNOT_ROWS)
+        self.message = NetState(rows=KNOT_ROWS, columns=KNOT_ROWS, center_of_mass_all_valid=True)
         self.message.header.frame_id = topics.FRAME
 
     def fill(self, stamp_ns: int, world: World) -> NetState:
