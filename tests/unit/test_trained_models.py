@@ -152,7 +152,7 @@ def test_a_mission_says_whose_card_does_not_hold(shipped, tmp_path):
 def test_a_mission_with_a_policy_that_cannot_be_had_is_refused_before_anything_starts(tmp_path, mus):
     file = tiny_models.policy(tmp_path / "policy.safetensors", 12 - mus)
     for word, words in (("rl", "no policy for"), (str(file), f"made for {12 - mus} MUs, not for {mus}")):
-        with pytest.raises(mission_parameters.MissionParametersError, match=f"--policy {word}: .*{words}"):
+        with pytest.raises(mission_parameters.MissionParametersError, match=f"--policy {word[:40]}.*: .*{words}"):
             mission_parameters.resolve(arguments.parse(["--mus", str(mus), "--policy", word]))
 
 
