@@ -2,6 +2,8 @@
 
 import json
 import math
+import os
+import shutil
 import subprocess
 import sys
 
@@ -286,6 +288,17 @@ def test_the_default_output_is_in_the_runs_folder(tmp_path):
     assert (
         default_output(tmp_path / "run") == default_output(tmp_path / "run" / "bag") == default_output(file) == expected
     )
+
+
+def test_a_bag_in_a_folder_of_another_encoding_as_a_process(run, tmp_path):
+    folder = tmp_path / os.fsdecode(b"caf\xe9\n") / "bag"
+    shutil.copytree(run / "bag", folder)
+    command = [sys.executable, "-m", "tethernet_bringup.analysis.cli", str(folder.parent)]
+    for more in (["--no-plots", "--json"], ["--salvage"]):
+        environment = os.environ | {"LC_ALL": "C"}
+        done = subprocess.run([*command, *more], capture_output=True, text=True, check=False, env=environment)
+        assert (done.returncode, done.stderr) == (0, "")
+    assert (folder.parent / "analysis" / "analysis.json").is_file()
 
 
 @pytest.mark.parametrize("words", [[], ["a", "b"], ["a", "--format", "bmp"], ["a", "--outptu", "x"]])

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import datetime
+import os
 import shutil
 import traceback
 from dataclasses import dataclass
@@ -65,6 +66,13 @@ def make_run_folder(output: str, mu_count: int, seed: int) -> RunFolder:
     now = datetime.datetime.now(datetime.UTC)
     stem = f"{now:%Y%m%dT%H%M%SZ}_{mu_count}mu_seed{seed}"
     parent = Path(output).expanduser().absolute()
+    if not _is_utf8(parent):
+        refusal = RunFolderError(
+            f"--output {shown(output)}: the name of the folder, {shown(parent)}, is not in UTF-8, the only one that "
+            "ROS 2 takes; allowed: a folder with a name in UTF-8, under a locale in UTF-8 such as LC_ALL=C.UTF-8"
+        )
+        refusal.usage = True
+        raise refusal
     try:
         parent.mkdir(parents=True, exist_ok=True)
         for number in range(1, 1000):
@@ -83,6 +91,14 @@ def make_run_folder(output: str, mu_count: int, seed: int) -> RunFolder:
         refusal.usage = is_bad_name(error)
         raise refusal from error
     raise RunFolderError(f"--output {shown(output)}: a thousand runs named {stem} are there already")
+
+
+def _is_utf8(path: Path) -> bool:
+    """Whether parameters, which are UTF-8, can name this path as the file system does."""
+    try:
+        return str(path).encode("utf-8") == os.fsencode(path)
+    except UnicodeEncodeError:
+        return False
 
 
 def keep_traceback(error: Exception, logs: Path) -> str:

@@ -35,6 +35,9 @@ def main(argv: Sequence[str] | None = None) -> int:
         options = arguments.parse(sys.argv[1:] if argv is None else argv)
     except SystemExit as exit_:
         return int(exit_.code or 0)
+    for stream in (sys.stdout, sys.stderr):
+        if hasattr(stream, "reconfigure"):  # a name may hold what the terminal cannot show
+            stream.reconfigure(errors="backslashreplace")
     try:
         if options.salvage:
             from .. import salvage
