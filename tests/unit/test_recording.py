@@ -1,6 +1,7 @@
 """What the command finds out about the recording when the mission is over, and whether the recorder goes on."""
 
 import json
+import os
 import shutil
 
 import pytest
@@ -66,6 +67,7 @@ def overwrite(run, content):
         (lambda run: (bag_file(run).unlink(), bag_file(run).mkdir()), "cannot be read: Is a directory"),
         (lambda run: (run / "bag" / "metadata.yaml").unlink(), "metadata.yaml is gone or was changed"),
         (lambda run: (run / "bag" / "metadata.yaml").write_text("a: [1"), "metadata.yaml is gone or was changed"),
+        (lambda run: os.truncate(run / "bag" / "metadata.yaml", 1 << 30), "metadata.yaml is gone or was changed"),
         (lambda run: (run / "recorder.json").unlink(), "left no report"),
         (lambda run: (run / "recorder.json").write_text("[]"), "left no report"),
         (lambda run: edit_report(run, state="recording"), "ended without closing the bag"),

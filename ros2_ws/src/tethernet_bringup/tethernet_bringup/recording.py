@@ -15,6 +15,7 @@ from .file_bytes import FileBytes
 from .pulse import Answer
 
 REPORT_FILE = "recorder.json"
+_LONGEST_METADATA_BYTES = 1 << 22  # ours has 40 kB; whatever lies in its place may have any size
 RECORDING, COMPLETE, FAULTY = "recording", "complete", "fault"
 """States of the recorder's report."""
 
@@ -27,7 +28,10 @@ def count_messages(bag: Path) -> dict[str, int]:
     """
     loader = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
     try:
-        content = yaml.load((bag / METADATA_FILE).read_text(encoding="utf-8"), loader)
+        path = bag / METADATA_FILE
+        if path.stat().st_size > _LONGEST_METADATA_BYTES:
+            return {}
+        content = yaml.load(path.read_text(encoding="utf-8"), loader)
         topics = content["rosbag2_bagfile_information"]["topics_with_message_count"]
         return {topic["topic_metadata"]["name"]: int(topic["message_count"]) for topic in topics}
     except (OSError, yaml.YAMLError, KeyError, TypeError, ValueError):
