@@ -25,6 +25,17 @@ def test_interrupt_during_start_up(tmp_path, domain_id, moment):
         assert "SIGINT before launch" in mission.outcome["verdict"]
 
 
+def test_interrupt_while_the_kernels_compile(tmp_path, domain_id, monkeypatch):
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path / "cache"))
+    with MissionCommand(tmp_path / "runs", domain_id, *REALTIME) as mission:
+        mission.wait_for("sim: compiling the physics kernels")
+        status, took = mission.stop(signal.SIGINT)
+        assert (status, took < STOP_S) == (130, True), mission.text
+        mission.finish()
+        assert mission.outcome["exit_status"] == 130
+        assert mission.outcome["warnings"] == [], "the compiler keeps nobody from ending"
+
+
 def test_interrupt_when_the_nodes_are_up(tmp_path, domain_id):
     with MissionCommand(tmp_path, domain_id, "--external-mu", "3", *REALTIME) as mission:
         mission.wait_for(r"mu_driver\.py --mu 3")

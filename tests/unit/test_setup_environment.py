@@ -13,6 +13,7 @@ from pathlib import Path
 
 import pytest
 
+from bootstrap import environment
 from bootstrap.environment import ensure, pending, unusable
 from bootstrap.errors import SetupError
 from bootstrap.lock import MARK
@@ -189,3 +190,16 @@ def test_a_disk_error_is_a_message(tmp_path):
     (tmp_path / "file").touch()
     with pytest.raises(SetupError, match="TETHERNET_VENV"):
         set_up(tmp_path / "file")
+
+
+def test_a_set_up_outlives_its_terminal_where_nohup_asks_for_it():
+    before = signal.signal(signal.SIGHUP, signal.SIG_IGN)
+    try:
+        with environment._signals():
+            os.kill(os.getpid(), signal.SIGHUP)
+            with pytest.raises(environment.Interrupted):
+                os.kill(os.getpid(), signal.SIGTERM)
+                signal.pause()
+        assert signal.getsignal(signal.SIGHUP) == signal.SIG_IGN
+    finally:
+        signal.signal(signal.SIGHUP, before)

@@ -241,6 +241,8 @@ def test_the_environment_is_built_and_not_inherited(tmp_path):
         "ROS_DOMAIN_ID": "9",
         "ROS_LOCALHOST_ONLY": "1",
         "RMW_IMPLEMENTATION": "r",
+        "PYTHONPATH": ":/mine:lib:.:",
+        "LD_LIBRARY_PATH": ":.",
     }
     made = mission_environment(42, "subnet", tmp_path, base)
     assert made["ROS_DOMAIN_ID"] == "42"
@@ -249,6 +251,8 @@ def test_the_environment_is_built_and_not_inherited(tmp_path):
     assert made["OMP_NUM_THREADS"] == made["NUMBA_NUM_THREADS"] == "1"
     assert (made["PATH"], made["HOME"], made["RMW_IMPLEMENTATION"]) == ("/bin", "/home/u", "r")
     assert not {"SECRET", "ROS_LOCALHOST_ONLY"} & set(made)
+    assert made["PYTHONPATH"] == "/mine", "nothing that depends on the folder the user stands in"
+    assert "LD_LIBRARY_PATH" not in made
     assert mission_environment(0, "localhost", tmp_path, {})["HOME"]
 
 
