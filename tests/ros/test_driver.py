@@ -119,7 +119,7 @@ def test_the_example_driver_passes_the_check(processes, clock):
     processes.start("driver", DRIVER, "--mu", "3", "--clock", clock)
     check = processes.start("check", "-m", CHECK, "--mu", "3", "--clock", clock, "--duration", "2", "--push", "0.5")
     assert check.wait() == 0, check.output
-    assert "20 of 20 checks passed for the driver of MU 3" in check.output
+    assert "21 of 21 checks passed for the driver of MU 3" in check.output
 
 
 def test_the_check_finds_a_bad_driver(processes, tmp_path):

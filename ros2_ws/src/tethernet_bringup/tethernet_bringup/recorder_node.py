@@ -36,13 +36,14 @@ import rclpy
 from rclpy.callback_groups import CallbackGroup
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
+from rclpy.qos import QoSCompatibility, QoSProfile, qos_check_compatible
 from rclpy.signals import SignalHandlerOptions
 from rclpy.subscription import Subscription
 from rclpy.utilities import remove_ros_args
 
 from tethernet_control.atomic_file import write_text
 from tethernet_control.parameters import ParameterError
-from tethernet_control.ros import qos, topics
+from tethernet_control.ros import any_quality, qos, topics
 from tethernet_control.ros.executor import FAULT, STOPPED, USAGE, bound_the_end
 from tethernet_control.ros.parameters import NODE_OPTIONS, declare
 
@@ -83,6 +84,9 @@ class _Source:
     topic: RecordedTopic
     message_class: type
     stamp: StampReader
+    subscription: Subscription = field(init=False)
+    undemanding: bool = False
+    """Whether the subscription hears publishers of any quality of service."""
     take: Any = None
     """Takes the oldest message out of the queue: (bytes, information), or None when it is empty."""
     is_clock: bool = False
@@ -124,28 +128,41 @@ class Recorder(Node):
             chunk_bytes=self.settings.chunk_bytes,
             zstd_level=self.settings.zstd_level,
         )
-        self._unheard: list[Subscription] = []
-        group = _NeverGroup()
+        self._unheard: dict[str, _Source] = {}
+        self._group = _NeverGroup()
         for source in self._sources:
-            subscription = self.create_subscription(
-                source.message_class,
-                source.topic.name,
-                lambda _: None,
-                qos.RECORD_LATCHED if source.topic.latched else qos.RECORD,
-                callback_group=group,
-                raw=True,
-            )
-            source.take = subscription.handle.take_message
-            self._unheard.append(subscription)
+            self._subscribe(source, qos.RECORD_LATCHED if source.topic.latched else qos.RECORD)
+            self._unheard[source.topic.name] = source
         self._write_report(RECORDING)
         self.get_logger().info(f"recording {len(self._sources)} topics to {self._bag.folder}")
 
+    def _subscribe(self, source: _Source, quality: QoSProfile) -> None:
+        source.subscription = self.create_subscription(
+            source.message_class, source.topic.name, lambda _: None, quality, callback_group=self._group, raw=True
+        )
+        source.take = source.subscription.handle.take_message
+
     def note_publishers(self) -> None:
-        """Tell once when every topic has a publisher that the recorder hears: from then on nothing is missed."""
-        if self._unheard:
-            self._unheard = [subscription for subscription in self._unheard if not subscription.get_publisher_count()]
-            if not self._unheard:
-                self.get_logger().info("all topics have a publisher")
+        """Look after topics of which no publisher is heard: one that offers less than asked for is heard as it comes.
+
+        Tells once when every topic has a publisher that the recorder hears: from then on nothing is missed.
+        """
+        if not self._unheard:
+            return
+        for name, source in list(self._unheard.items()):
+            if source.subscription.get_publisher_count():
+                del self._unheard[name]
+            elif not source.undemanding and self._offers_less(source):
+                source.undemanding = True
+                self.destroy_subscription(source.subscription)
+                self._subscribe(source, any_quality.undemanding(qos.RECORD))
+        if not self._unheard:
+            self.get_logger().info("all topics have a publisher")
+
+    def _offers_less(self, source: _Source) -> bool:
+        asked = source.subscription.qos_profile
+        offers = [info.qos_profile for info in self.get_publishers_info_by_topic(source.topic.name)]
+        return any(qos_check_compatible(offer, asked)[0] == QoSCompatibility.ERROR for offer in offers)
 
     def take(self) -> int:
         """Take what is in the queues; returns the number of messages.

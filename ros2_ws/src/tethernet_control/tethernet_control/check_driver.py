@@ -28,12 +28,14 @@ from tethernet_control.command import command
 
 from .driver_contract import Finding, Reaction, Sample, check_reaction, check_samples, table
 from .parameters import load
-from .ros import executor, topics
+from .ros import any_quality, executor, topics
+from .ros.any_quality import quality_text
 from .ros.conversions import coordinates, nanoseconds, set_stamp
 from .ros.qos import CONTROL
 from .settings import ControlParameters
 
 _WATCH, _PUSH, _SILENCE = "watch", "push", "silence"
+_FIRST_TICK = 20  # of the simulated clock: a stamp of zero means to many that none was set
 _SILENCE_S = 2.0  # [s] long enough for the watchdog and two averages after it
 
 
@@ -53,11 +55,15 @@ class DriverCheck(Node):
         self._phase, self._phase_begin_s = -1, 0.0
         self._marks: list[int] = []
         self._begin_s = time.monotonic()
-        self._tick = self._writer_count = self._reader_count = 0
+        self._tick = _FIRST_TICK
+        self._clock_ns: int | None = None
+        self._writers: list[str] = []
+        self._reader_count = 0
         self._thrust = WrenchStamped()
         self._thrust.header.frame_id = topics.FRAME
-        self._thrust_publisher = self.create_publisher(WrenchStamped, topics.mu_thrust(options.mu), CONTROL)
-        self.create_subscription(Odometry, topics.mu_odometry(options.mu), self._on_odometry, CONTROL)
+        self._thrust_topic = topics.mu_thrust(options.mu)
+        self._thrust_publisher = self.create_publisher(WrenchStamped, self._thrust_topic, CONTROL)
+        any_quality.subscribe(self, Odometry, topics.mu_odometry(options.mu), self._on_odometry, CONTROL)
         self._clock_publisher = self.create_publisher(Clock, topics.CLOCK, CONTROL) if options.clock == "sim" else None
         self.create_timer(control.control_period_s, self._on_period)
 
@@ -70,7 +76,8 @@ class DriverCheck(Node):
     def _on_period(self) -> None:
         if self._clock_publisher is not None:
             message = Clock()
-            set_stamp(message.clock, self._tick * self._control.period_ns)
+            self._clock_ns = self._tick * self._control.period_ns
+            set_stamp(message.clock, self._clock_ns)
             self._clock_publisher.publish(message)
             self._tick += 1
 
@@ -83,9 +90,12 @@ class DriverCheck(Node):
                 now, nanoseconds(message.header.stamp), message.header.frame_id, message.child_frame_id,
                 coordinates(pose.pose.position), (attitude.x, attitude.y, attitude.z, attitude.w),
                 coordinates(twist.twist.linear), _variances(pose.covariance), _variances(twist.covariance),
+                self._clock_ns if self._clock_publisher is not None else time.time_ns(),
             )
         )  # fmt: skip
-        self._writer_count = max(self._writer_count, self.count_publishers(topics.mu_odometry(self._options.mu)))
+        writers = self.get_publishers_info_by_topic(topics.mu_odometry(self._options.mu))
+        if len(writers) > len(self._writers):
+            self._writers = [quality_text(writer.qos_profile) for writer in writers]
         self._reader_count = self._thrust_publisher.get_subscription_count()
         if self._phase < 0 or (
             self._phase < len(self._plan) and now - self._phase_begin_s >= self._plan[self._phase][1]
@@ -114,12 +124,19 @@ class DriverCheck(Node):
             target.x = target.y = target.z = math.nan
             self._thrust_publisher.publish(self._thrust)
 
+    def _readers(self) -> str:
+        """How many hear the thrust; where nobody does, what those ask for that would like to."""
+        deaf = [quality_text(r.qos_profile) for r in self.get_subscriptions_info_by_topic(self._thrust_topic)]
+        if self._reader_count or not deaf:
+            return str(self._reader_count)
+        return f"0; {_counted(deaf)} asked, {quality_text(CONTROL)} offered"
+
     def findings(self) -> list[Finding]:
         """What the whole run says."""
         mu = self._options.mu
         found = [
-            Finding(f"one publisher of {topics.mu_odometry(mu)}", self._writer_count == 1, str(self._writer_count)),
-            Finding(f"{topics.mu_thrust(mu)} is listened to", self._reader_count >= 1, str(self._reader_count)),
+            Finding(f"one publisher of {topics.mu_odometry(mu)}", len(self._writers) == 1, _counted(self._writers)),
+            Finding(f"{topics.mu_thrust(mu)} is listened to", self._reader_count >= 1, self._readers()),
             *check_samples(mu, self.samples, topics.FRAME, self._control),
         ]
         for axis in range(3 if not self._options.no_thrust else 0):
@@ -134,6 +151,10 @@ class DriverCheck(Node):
             )
             found += check_reaction(reaction, self._options.mass, self._control)
         return found
+
+
+def _counted(texts: list[str]) -> str:
+    return f"{len(texts)}: {'; '.join(sorted(set(texts)))}" if texts else "0"
 
 
 def _variances(covariance) -> tuple[float, float, float]:

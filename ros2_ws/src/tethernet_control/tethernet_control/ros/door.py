@@ -25,6 +25,7 @@ from rclpy.qos import QoSProfile
 
 from tethernet_control.shown import LONG, SHORT, shown
 
+from . import any_quality
 from .checks import Check
 from .well_formed import MessageError, not_finite
 
@@ -79,13 +80,13 @@ class Door:
         qos: QoSProfile,
         on_drop: Callable[[], None] | None = None,
     ) -> None:
-        """Subscribe to a topic.
+        """Subscribe to a topic; every publisher of it is heard, whatever quality of service it offers.
 
         Args:
             check: of its messages.
             topic: its name.
             callback: gets what the check makes of a message; may raise MessageError to drop it.
-            qos: quality of service.
+            qos: quality of service that is asked for as long as all publishers offer it.
             on_drop: called after each message that was dropped.
         """
 
@@ -99,7 +100,7 @@ class Door:
                 if on_drop is not None:
                     on_drop()
 
-        self._node.create_subscription(check.kind, topic, take, qos, raw=True)
+        any_quality.subscribe(self._node, check.kind, topic, take, qos, raw=True)
 
     def publish(self, kind: type, topic: str, qos: QoSProfile) -> GuardedPublisher:
         """A publisher that lets no number out that is not finite."""
