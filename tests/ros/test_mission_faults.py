@@ -4,11 +4,14 @@ import os
 import resource
 import signal
 import sys
+import time
 from pathlib import Path
 
 import pytest
 from geometry_msgs.msg import WrenchStamped
 from nav_msgs.msg import Odometry
+from rclpy.qos import qos_profile_sensor_data
+from rosgraph_msgs.msg import Clock
 
 from tests.ros.mission_command import FLYING, MissionCommand, read_bag
 from tethernet_bringup import shared_memory
@@ -16,6 +19,7 @@ from tethernet_bringup.salvage import salvage
 from tethernet_control import closing
 from tethernet_control.ros import topics
 from tethernet_control.ros.checks import mission_from
+from tethernet_control.ros.conversions import time_message
 from tethernet_control.ros.qos import CONTROL, STATE
 from tethernet_msgs.msg import MissionState
 
@@ -161,6 +165,48 @@ def test_an_external_mu_without_a_driver_is_named(tmp_path, domain_id):
         assert mission.finish() == 1
         assert f"ROS_DOMAIN_ID={domain_id} {sys.executable} examples/mu_driver.py --mu 3" in mission.text
         assert "no driver publishes /mu3/odom, /mu5/odom" in mission.outcome["verdict"]
+
+
+def test_drivers_that_break_the_contract_are_named_and_nothing_is_launched(tmp_path, domain_id, probe):
+    """MU 3 speaks of another frame, MU 5 is on another clock."""
+    out = {mu: probe.node.create_publisher(Odometry, topics.mu_odometry(mu), qos_profile_sensor_data) for mu in (3, 5)}
+
+    def answer(clock: Clock) -> None:
+        for mu, publisher in out.items():
+            message = Odometry(child_frame_id=topics.mu_frame(mu))
+            message.header.frame_id = "map" if mu == 3 else topics.FRAME
+            message.header.stamp = clock.clock if mu == 3 else time_message(time.time_ns())
+            message.pose.pose.orientation.w = 1.0
+            publisher.publish(message)
+
+    probe.listen(topics.CLOCK, Clock, CONTROL, answer)
+    flags = ("--external-mu", "3", "5", *LOCKSTEP, *short(tmp_path, driver_patience_s=2.0))
+    with MissionCommand(tmp_path / "runs", domain_id, *flags) as mission:
+        while mission.process.poll() is None:
+            probe.spin_for(0.05)
+        assert mission.finish() == 1, mission.text
+        frame = "header.frame_id is 'launch': seen 'map'"
+        assert f"MU 3 cannot fly yet: {frame}" in mission.text
+        assert "MU 5 cannot fly yet: stamps agree with the mission's clock within 50 ms: seen" in mission.text
+        assert "breaks the driver contract" in mission.outcome["verdict"]
+        assert mission.outcome["phase"] == "WAITING"
+        assert sum(fuel or 0.0 for fuel in mission.outcome["fuel_kg"]) == 0.0
+
+
+def test_an_external_driver_killed_in_flight_is_named_and_the_others_close_the_net(tmp_path, domain_id, processes):
+    with MissionCommand(tmp_path, domain_id, "--external-mu", "3", *LOCKSTEP) as mission:
+        mission.wait_for(r"mu_driver\.py --mu 3")
+        driver = processes.start("driver", "examples/mu_driver.py", "--mu", "3", "--clock", "sim")
+        mission.wait_for(FLYING)
+        driver.kill()
+        assert mission.finish() == 0, mission.text
+        [warning] = [text for text in mission.outcome["warnings"] if "has fallen silent" in text]
+        assert "the driver of MU 3 has fallen silent" in warning
+        assert warning in mission.text
+        states = [mission_from(message) for message in read_bag(mission.run)["/mission/state"]]
+        planned = next(state for state in states if state.closing_points)
+        assert 3 not in {mu for bunch in closing.bunches(planned.closing_points) for mu in bunch}
+        assert mission.outcome["locked_pairs"] >= 6
 
 
 def test_an_output_folder_that_cannot_be_written_is_refused_at_once(tmp_path, domain_id):

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from geometry_msgs.msg import WrenchStamped
 from nav_msgs.msg import Odometry
+from rosgraph_msgs.msg import Clock
 from visualization_msgs.msg import Marker, MarkerArray
 
 from tethernet_control.mission import Mission, arm, launch
@@ -18,6 +19,8 @@ from tethernet_msgs.msg import NetState, SimStatus
 pytestmark = pytest.mark.ros
 
 TICK = 50_000_000
+FIRST = 20 * TICK
+"""[ns] of the first tick: a stamp of zero would mean that none was set."""
 MUS = (1, 2, 3, 4)
 
 
@@ -37,8 +40,8 @@ class Crew:
 
     def launch(self) -> None:
         self.probe.matched(topics.NET_STATE)
-        mission = launch(arm(Mission(4), (0.0, 0.0, -50.0), "nominal"), 0)
-        self.probe.publish(topics.MISSION_STATE, mission_message(mission, 0, confirmed=True), qos.STATE)
+        mission = launch(arm(Mission(4), (0.0, 0.0, -50.0), "nominal"), FIRST)
+        self.probe.publish(topics.MISSION_STATE, mission_message(mission, FIRST, confirmed=True), qos.STATE)
 
     def _answer(self, mu: int, message: Odometry) -> None:
         if mu not in self.silent:
@@ -74,7 +77,7 @@ def test_lockstep_flies_on_answers_and_tells_everything(probe, processes):
     crew.launch()
     crew.fly(41)
     stamps = [nanoseconds(message.header.stamp) for message in crew.net[:41]]
-    assert stamps == [tick * TICK for tick in range(41)]
+    assert stamps == [FIRST + tick * TICK for tick in range(41)]
     last = crew.net[40]
     assert len(last.knot_positions) == 3 * 529
     assert len(last.mu_positions) == 12
@@ -94,6 +97,23 @@ def test_lockstep_flies_on_answers_and_tells_everything(probe, processes):
         scale = marker.scale.x, marker.scale.y, marker.scale.z
         is_line = marker.type in {Marker.LINE_LIST, Marker.LINE_STRIP}
         assert [value > 0.0 for value in scale] == [True, not is_line, not is_line], marker.ns
+
+
+def test_before_launch_the_clock_goes_on_for_drivers_and_stays_below_the_first_tick(probe, processes):
+    start(processes, "external_mus:='2'", "answer_timeout_s:=0.3")
+    clock = probe.listen(topics.CLOCK, Clock, qos.CONTROL)
+    net = probe.listen(topics.NET_STATE, NetState, qos.BULK)
+    probe.wait_for(lambda: len(clock) >= 3, "the clock before launch")
+    armed = arm(Mission(4), (0.0, 0.0, -50.0), "nominal")
+    probe.publish(topics.MISSION_STATE, mission_message(armed, FIRST, confirmed=True), qos.STATE)
+    probe.spin_for(0.5)
+    before = [nanoseconds(message.clock) for message in clock]
+    assert before == [before[0] + k * TICK for k in range(len(before))]
+    assert before[0] >= FIRST
+    launched = mission_message(launch(armed, before[-1] + TICK), before[-1] + TICK, confirmed=True)
+    probe.publish(topics.MISSION_STATE, launched, qos.STATE)
+    probe.wait_for(lambda: net, "the first tick")
+    assert nanoseconds(net[0].header.stamp) == before[-1] + TICK
 
 
 def test_bad_commands_are_counted_and_never_fly(probe, processes):

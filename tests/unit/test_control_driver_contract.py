@@ -144,7 +144,7 @@ def test_a_clock_that_is_off_is_found(offset_s, seen):
 @pytest.mark.parametrize("offset_s", [-0.04, 0.0, 0.04])
 def test_a_clock_within_a_control_period_passes(offset_s):
     assert failed(check_samples(3, clocked(offset_s), "launch", CONTROL)) == []
-    assert obstacle(3, clocked(offset_s), "launch", CONTROL, standing=False) == ""
+    assert obstacle(3, clocked(offset_s), "launch", CONTROL, waiting=False) == ""
 
 
 @pytest.mark.parametrize(
@@ -158,19 +158,19 @@ def test_a_clock_within_a_control_period_passes(offset_s):
         ({"stamp_ns": 1_795_721_613_000_000_000}, "stamps agree with the mission's clock within 50 ms: seen 17957"),
     ],
 )
-@pytest.mark.parametrize("standing", [False, True])
-def test_what_keeps_an_mu_from_being_launched_is_named(standing, values, words):
+@pytest.mark.parametrize("waiting", [False, True])
+def test_what_keeps_an_mu_from_being_launched_is_named(waiting, values, words):
     made = clocked(0.0)
     made = [dataclasses.replace(s, **values) for s in made]
-    assert words in obstacle(3, made, "launch", CONTROL, standing)
+    assert words in obstacle(3, made, "launch", CONTROL, waiting)
 
 
 def test_a_rate_that_is_wrong_keeps_an_mu_from_being_launched_where_the_clock_runs():
-    assert "rate by the stamps" in obstacle(3, clocked(0.0)[::2], "launch", CONTROL, standing=False)
-    assert obstacle(3, clocked(0.0)[:1], "launch", CONTROL, standing=True) == ""
+    assert "rate by the stamps" in obstacle(3, clocked(0.0)[::2], "launch", CONTROL, waiting=False)
+    assert obstacle(3, clocked(0.0)[:1], "launch", CONTROL, waiting=True) == ""
 
 
 def test_covariances_and_a_busy_machine_keep_no_mu_on_the_ground():
     made = [dataclasses.replace(s, arrival_s=2.0 * s.arrival_s) for s in clocked(0.0, pose_variances=(0.0,) * 3)]
     assert len(failed(check_samples(3, made, "launch", CONTROL))) == 2
-    assert obstacle(3, made, "launch", CONTROL, standing=False) == ""
+    assert obstacle(3, made, "launch", CONTROL, waiting=False) == ""

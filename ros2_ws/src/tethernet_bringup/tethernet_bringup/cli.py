@@ -127,6 +127,7 @@ def _fly(
         domain_id=options.domain_id,
         external_timeout_s=options.external_timeout,
         parameters=setup.patience,
+        control=setup.control,
         longest_s=setup.longest_s,
         protected=protected,
         ask_recorder=sign_of_life(folder.path),

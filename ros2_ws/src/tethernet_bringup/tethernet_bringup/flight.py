@@ -3,18 +3,20 @@
 from __future__ import annotations
 
 import math
-import sys
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 from tethernet_control.mission import Phase
+from tethernet_control.parameters import load
 from tethernet_control.ros import topics
+from tethernet_control.settings import NANOSECOND_S, ControlParameters
 from tethernet_control.shown import SHORT, shown
 from tethernet_sim.warm_up import COMPILING
 
 from .domain_claim import DomainClaim, DomainTakenError
+from .drivers import DriverDesk, DriverFaultError, DriverWatch, hint, mu_list
 from .graph import StrangerWatch, exclusive_topics, expected
 from .interrupts import Interrupts, MissionInterrupt
 from .nodes import RECORDER, SIM, mu_of
@@ -54,6 +56,8 @@ class FlightPlan:
     domain_id: int
     external_timeout_s: float
     parameters: SupervisorParameters
+    control: ControlParameters = field(default_factory=lambda: load(ControlParameters))
+    """The rhythm of control."""
     longest_s: float = math.inf
     """From launch to the end of the longest mission that the rules allow [s]."""
     protected: bool = True
@@ -101,6 +105,7 @@ class Flight:
         self._claim = DomainClaim(plan.domain_id)
         self._strangers: StrangerWatch | None = None
         self._pulse: Pulse | None = None
+        self._drivers: DriverWatch | None = None
         self._look_due = 0.0
         self._started = self._told_compiling = False
         self._launched_at: float | None = None
@@ -117,6 +122,7 @@ class Flight:
             self._supervisor.start_all(self._plan.processes)
             self._assemble()
             self._await_drivers()
+            self._know_publishers()
             self._launch()
             self._follow()
             self._await_verdict()
@@ -187,10 +193,6 @@ class Flight:
             lambda: self._compiling() and time.monotonic() < started + plan.parameters.compile_timeout_s,
         )
         self._wait(connected, patience, lambda: f"nodes do not find each other: {connections.describe()}")
-        self._strangers = monitor.watch_strangers(exclusive_topics(plan.mu_count, plan.external, plan.simulated))
-        for topic, names in self._strangers.crowded.items():
-            who = ", ".join(map(_name, names))
-            raise MissionFaultError(self._crowded(f"{topic} has {len(names)} publishers ({who})"))
         answering = [node.name for node in plan.processes if node.name != RECORDER]
         self._pulse = monitor.watch_pulse(answering, plan.parameters.hang_timeout_s)
         if plan.ask_recorder is not None:
@@ -211,34 +213,43 @@ class Flight:
         return f"somebody else is in DDS domain {domain}: {sign}; end the other mission, or take another --domain-id"
 
     def _await_drivers(self) -> None:
-        """Wait until each external MU has odometry."""
-        waiting = list(self._plan.external)
-        if not waiting:
+        """Wait until every external MU's odometry is in order and its controller hears it."""
+        plan, monitor = self._plan, self._monitor
+        if not plan.external:
             return
-        if any(self._monitor.publisher_count(topics.mu_odometry(mu)) == 0 for mu in waiting):
-            self._display.note(self._driver_hint(waiting))
+
+        def published(mu: int) -> bool:
+            return monitor.publisher_count(topics.mu_odometry(mu)) > 0
+
+        self._drivers = monitor.watch_drivers(plan.external, plan.control, plan.simulated)
+        desk = DriverDesk(self._drivers, self._record.hears_odometry, published, plan.parameters.driver_patience_s)
+        if not all(map(published, plan.external)):
+            self._display.note(hint(plan.external, plan.external_timeout_s, plan.domain_id, plan.simulated))
 
         def complete() -> bool:
-            waiting[:] = [mu for mu in waiting if self._monitor.publisher_count(topics.mu_odometry(mu)) == 0]
-            self._display.live(f"waiting for the drivers of {_mu_list(waiting)}")
-            return not waiting
+            try:
+                for news in desk.update():
+                    self._display.note(news)
+            except DriverFaultError as error:
+                raise MissionFaultError(str(error)) from None
+            self._display.live(f"waiting for the drivers of {mu_list(desk.waiting)}")
+            return not desk.waiting
 
-        def complaint() -> str:
-            silent = ", ".join(topics.mu_odometry(mu) for mu in waiting)
-            return (
-                f"no driver publishes {silent} after {self._plan.external_timeout_s:g} s; start it in DDS domain "
-                f"{self._plan.domain_id}, or wait longer with --external-timeout"
-            )
+        self._wait(
+            complete,
+            plan.external_timeout_s,
+            lambda: desk.complaint(plan.external_timeout_s, plan.domain_id, plan.simulated),
+        )
 
-        self._wait(complete, self._plan.external_timeout_s, complaint)
-
-    def _driver_hint(self, mus: list[int]) -> str:
-        wait = f"up to {self._plan.external_timeout_s:g} s"
-        lines = [f"waiting for the drivers of {_mu_list(mus)}, {wait}; the example driver:"]
-        clock = " --clock sim" if self._plan.simulated else ""
-        domain = f"ROS_DOMAIN_ID={self._plan.domain_id}"
-        lines += [f"    {domain} {sys.executable} examples/mu_driver.py --mu {mu}{clock}" for mu in mus]
-        return "\n".join(lines)
+    def _know_publishers(self) -> None:
+        """From here on whoever else publishes what only one node should is a stranger."""
+        plan = self._plan
+        odometry = [topics.mu_odometry(mu) for mu in plan.external]
+        watched = exclusive_topics(plan.mu_count, plan.external, plan.simulated) + odometry
+        self._strangers = self._monitor.watch_strangers(watched)
+        for topic, names in self._strangers.crowded.items():
+            who = ", ".join(map(_name, names))
+            raise MissionFaultError(self._crowded(f"{topic} has {len(names)} publishers ({who})"))
 
     def _launch(self) -> None:
         """Tell the planner to start and wait until the MUs fly."""
@@ -352,6 +363,8 @@ class Flight:
         if self._pulse is not None:
             for name in self._pulse.update():
                 self._on_hang(name)
+        if self._drivers is not None and self._launched_at is not None and not self._record.phase.over:
+            self._look_after_drivers(self._drivers)
         if self._strangers is not None and time.monotonic() >= self._look_due:
             self._look_due = time.monotonic() + _LOOK_PERIOD_S
             for node, topic in self._strangers.update():
@@ -359,6 +372,17 @@ class Flight:
         self._display.flight(self._record)
         if self._record.sim is not None and self._record.sim.fault:
             raise MissionFaultError(self._record.sim.fault)
+
+    def _look_after_drivers(self, drivers: DriverWatch) -> None:
+        held_s = self._plan.control.held_ns * NANOSECOND_S
+        for mu, silent in drivers.changes(self._record.common_ns or 0):
+            if silent:
+                self._warn(
+                    f"the driver of MU {mu} has fallen silent: no odometry for more than {held_s:g} s, zero thrust; "
+                    "the others fly on and close the net without it"
+                )
+            else:
+                self._display.note(f"the driver of MU {mu} is heard again")
 
     def _on_hang(self, name: str) -> None:
         text = f"{name} hangs: it has answered nothing for {self._plan.parameters.hang_timeout_s:g} s"
@@ -369,7 +393,10 @@ class Flight:
         self._warn(f"{text}; the mission goes on, its thrust held for a moment and then zero")
 
     def _on_stranger(self, node: str, topic: str) -> None:
-        heard = "this mission does not hear it" if self._plan.protected else "the mission's nodes may obey it"
+        if topic in map(topics.mu_odometry, self._plan.external):
+            heard = "it cannot be told from the driver and is heard like it"
+        else:
+            heard = "this mission does not hear it" if self._plan.protected else "the mission's nodes may obey it"
         self._warn(f"{_name(node)}, which is no node of this mission, publishes {topic}: {heard}")
 
     def _warn(self, text: str) -> None:
@@ -408,7 +435,3 @@ def _why(death: Exit) -> str:
 def _name(node: str) -> str:
     """A node's name as it can be shown: it is somebody else's, and need not be what ROS allows."""
     return shown(node, SHORT) or "a nameless node"
-
-
-def _mu_list(mus) -> str:
-    return ", ".join(f"MU {mu}" for mu in mus)

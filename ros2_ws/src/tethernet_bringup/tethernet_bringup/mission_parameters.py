@@ -59,6 +59,8 @@ class MissionSetup:
     external: tuple[int, ...]
     """MUs with a driver of their own."""
     supervisor: SupervisorParameters
+    control: ControlParameters
+    """The rhythm of control, the same for all nodes."""
     nodes: Values
     """What each node gets."""
 
@@ -137,6 +139,7 @@ def resolve(options: argparse.Namespace) -> MissionSetup:
         simulated=simulated,
         external=tuple(range(1, mu_count + 1)) if not simulated else scenario.external,
         supervisor=built[MONITOR][0],
+        control=next(instance for instance in built[PLANNER] if isinstance(instance, ControlParameters)),
         nodes={node: _typed(classes[node], node_values) for node, node_values in values.items()},
     )
 

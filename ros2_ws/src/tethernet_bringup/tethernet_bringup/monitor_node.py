@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import functools
 import signal
+import time
 from collections.abc import Callable, Iterable, Mapping
 
 import rclpy
+from nav_msgs.msg import Odometry
 from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 from rclpy.task import Future
@@ -17,10 +19,13 @@ from tethernet_control.ros import checks, qos, topics
 from tethernet_control.ros.checks import MissionNews
 from tethernet_control.ros.connections import Connections, read_connections, service_name
 from tethernet_control.ros.door import Asker, Door
+from tethernet_control.ros.driver_sample import CLOCK, DRIVER_ODOMETRY, driver_sample
 from tethernet_control.ros.executor import bound_the_end, make_executor
 from tethernet_control.ros.well_formed import MessageError
+from tethernet_control.settings import ControlParameters
 from tethernet_msgs.msg import CaptureAssessment, MuStatus, SimStatus
 
+from .drivers import DriverWatch
 from .graph import Endpoint, GraphCheck, Publisher, StrangerWatch
 from .nodes import MONITOR
 from .outcome import FlightRecord, nanoseconds
@@ -99,6 +104,33 @@ class Monitor:
     def publisher_count(self, topic: str) -> int:
         """How many publish a topic."""
         return self._node.count_publishers(topic)
+
+    def watch_drivers(self, mus: Iterable[int], control: ControlParameters, simulated: bool) -> DriverWatch:
+        """A watch on the odometry of external MUs, from whatever they publish.
+
+        Args:
+            mus: their numbers.
+            control: gives period and watchdog.
+            simulated: whether the mission's clock is the simulator's, not this machine's.
+        """
+        watch = DriverWatch(mus, control, waiting=simulated)
+        clock_ns: int | None = None
+
+        def tick(time_ns: int) -> None:
+            nonlocal clock_ns
+            clock_ns = time_ns
+
+        def hear(mu: int, message: Odometry) -> None:
+            now_ns = clock_ns if simulated else time.time_ns()
+            if now_ns is not None:  # else nothing can be said of its stamp yet, and more will come
+                watch.saw(mu, driver_sample(message, time.monotonic(), now_ns))
+
+        if simulated:
+            self._door.subscribe(CLOCK, topics.CLOCK, tick, qos.CONTROL)
+        for mu in mus:
+            take = functools.partial(hear, mu)
+            self._door.subscribe(DRIVER_ODOMETRY, topics.mu_odometry(mu), take, qos.CONTROL)
+        return watch
 
     def planner_ready(self) -> bool:
         """Whether the planner's services can be called."""

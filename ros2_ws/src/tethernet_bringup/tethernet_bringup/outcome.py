@@ -111,13 +111,23 @@ class FlightRecord:
             return None
         return max(0.0, seconds_between(self.launch_ns, self.newest_ns))
 
+    def hears_odometry(self, mu: int) -> bool:
+        """Whether this MU's controller has taken odometry: its account bears the stamp of the newest."""
+        status = self.statuses.get(mu)
+        return status is not None and nanoseconds(status.header.stamp) > 0
+
+    @property
+    def common_ns(self) -> int | None:
+        """Stamp that half of the controllers have reached [ns]: no single clock gone wrong moves it."""
+        stamps = sorted(nanoseconds(status.header.stamp) for status in self.statuses.values())
+        return stamps[(len(stamps) - 1) // 2] if stamps else None
+
     @property
     def most_flown_s(self) -> float | None:
-        """Mission time that half of the controllers have reached [s]: no single clock gone wrong moves it."""
-        stamps = sorted(nanoseconds(status.header.stamp) for status in self.statuses.values())
-        if not self.launched or not stamps:
+        """Mission time that half of the controllers have reached: since launch [s]."""
+        if not self.launched or self.common_ns is None:
             return None
-        return seconds_between(self.launch_ns, stamps[(len(stamps) - 1) // 2])
+        return seconds_between(self.launch_ns, self.common_ns)
 
 
 def nanoseconds(stamp) -> int:

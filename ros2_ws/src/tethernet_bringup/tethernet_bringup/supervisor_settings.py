@@ -53,6 +53,10 @@ class SupervisorParameters:
         "longer than any answer takes, a closing plan (0.1 s) on a machine that stalls for seconds included",
         unit="s", low=1.0, high=600.0,
     )  # fmt: skip
+    driver_patience_s: float = parameter(
+        "An external MU's driver has so long to put right before launch what breaks the driver contract",
+        unit="s", low=1.0, high=600.0,
+    )  # fmt: skip
     report_period_s: float = parameter(
         "Mission time between two lines of progress where no terminal shows them", unit="s", low=0.1, high=60.0
     )

@@ -30,7 +30,8 @@ from .driver_contract import Finding, Reaction, Sample, check_reaction, check_sa
 from .parameters import load
 from .ros import any_quality, executor, topics
 from .ros.any_quality import quality_text
-from .ros.conversions import coordinates, nanoseconds, set_stamp
+from .ros.conversions import set_stamp
+from .ros.driver_sample import driver_sample
 from .ros.qos import CONTROL
 from .settings import ControlParameters
 
@@ -82,17 +83,9 @@ class DriverCheck(Node):
             self._tick += 1
 
     def _on_odometry(self, message: Odometry) -> None:
-        pose, twist = message.pose, message.twist
-        attitude = pose.pose.orientation
         now = time.monotonic()
-        self.samples.append(
-            Sample(
-                now, nanoseconds(message.header.stamp), message.header.frame_id, message.child_frame_id,
-                coordinates(pose.pose.position), (attitude.x, attitude.y, attitude.z, attitude.w),
-                coordinates(twist.twist.linear), _variances(pose.covariance), _variances(twist.covariance),
-                self._clock_ns if self._clock_publisher is not None else time.time_ns(),
-            )
-        )  # fmt: skip
+        clock_ns = self._clock_ns if self._clock_publisher is not None else time.time_ns()
+        self.samples.append(driver_sample(message, now, clock_ns))
         writers = self.get_publishers_info_by_topic(topics.mu_odometry(self._options.mu))
         if len(writers) > len(self._writers):
             self._writers = [quality_text(writer.qos_profile) for writer in writers]
@@ -155,10 +148,6 @@ class DriverCheck(Node):
 
 def _counted(texts: list[str]) -> str:
     return f"{len(texts)}: {'; '.join(sorted(set(texts)))}" if texts else "0"
-
-
-def _variances(covariance) -> tuple[float, float, float]:
-    return tuple(float(covariance[7 * axis]) for axis in range(3))
 
 
 def _arguments(args: list[str] | None) -> argparse.Namespace:

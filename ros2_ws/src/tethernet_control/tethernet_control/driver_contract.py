@@ -65,7 +65,7 @@ class Finding:
     """Whether no mission is launched without it."""
 
 
-def obstacle(mu: int, samples: Sequence[Sample], frame: str, control: ControlParameters, standing: bool) -> str:
+def obstacle(mu: int, samples: Sequence[Sample], frame: str, control: ControlParameters, waiting: bool) -> str:
     """Why an MU with such odometry cannot be launched; empty when it can.
 
     Args:
@@ -73,13 +73,13 @@ def obstacle(mu: int, samples: Sequence[Sample], frame: str, control: ControlPar
         samples: the newest, in the order of their arrival, at least one.
         frame: the frame the odometry must be in.
         control: gives the control period.
-        standing: whether the mission's clock stands still before launch, as a simulator's does: then there is no rate,
-            and one sample is enough.
+        waiting: whether the mission's clock waits for the launch, as a simulator's does: then there is no rate, and
+            one sample is enough.
     """
-    if standing:
+    if waiting:
         samples = samples[-1:]
     findings = [*_content(mu, samples, frame), *_agreement(samples, control)]
-    if not standing:
+    if not waiting:
         findings += _rhythm(samples, control)
     return "; ".join(f"{f.requirement}: seen {f.seen}" for f in findings if f.vital and not f.passed)
 

@@ -50,6 +50,10 @@ PLANNER = "planner"
 _EXTERNAL = "odometry of mu"
 _FIRST = np.zeros(1, int)
 """Index of the only scenario."""
+_FIRST_TICK = 20
+"""The first control tick: a stamp of zero means to many readers that none was set, and nothing could be before it."""
+_WAITING_CLOCK_S = 0.2
+"""[s] wall time between two ticks of the clock while drivers of external MUs are waited for."""
 
 
 class SimNode(Node):
@@ -73,10 +77,12 @@ class SimNode(Node):
         for mu in self.external:
             self.world.external[0, mu - 1] = True
             self.world.target_pos[0, mu - 1] = self.world.state.mu_pos[0, mu - 1]
+        self._heard_ns = dict.fromkeys(self.external, 0)
+        """Stamp of the newest odometry of external MUs [ns]."""
         self.noise = OdometryNoise(self.scenario.seed, mus, self.control)
         self.lockstep = self.scenario.pace == "lockstep"
         self.gate = MissionGate(Mission(mus))
-        self.stamp_ns = 0
+        self.stamp_ns = self._first_ns = _FIRST_TICK * self.control.period_ns
         self.flying = self.finished = self._untold = False
         self.books = {mu: ThrustBook(self.control) for mu in self.mus}
         self.barrier = Barrier(
@@ -98,6 +104,21 @@ class SimNode(Node):
             self._timer.cancel()
         self._publish_body(DEBRIS)
         self._publish_body(CHASER)
+        if self.external:
+            self._waiting_timer = self.create_timer(
+                _WAITING_CLOCK_S, self._on_waiting, clock=RosClock(clock_type=ClockType.STEADY_TIME)
+            )
+
+    def _on_waiting(self) -> None:
+        """Before the mission is armed the clock goes on slowly: a driver answers it with where its MU is."""
+        if self.mission.phase != Phase.WAITING:
+            self._waiting_timer.cancel()
+            return
+        self.stamp_ns += self.control.period_ns
+        self._first_ns = self.stamp_ns
+        self._publish_body(DEBRIS)
+        self._publish_body(CHASER)
+        self._publish_clock(self.stamp_ns - self.control.period_ns)
 
     @property
     def mission(self) -> Mission:
@@ -178,6 +199,7 @@ class SimNode(Node):
             )
         self.world.target_vel[0, mu - 1] = sample.velocity
         self.world.target_pos[0, mu - 1] = np.add(sample.position, np.multiply(sample.velocity, age))
+        self._heard_ns[mu] = sample.stamp_ns
         self._answered(f"{_EXTERNAL}{mu}", sample.stamp_ns)
 
     def _answered(self, who: str, stamp_ns: int) -> None:
@@ -208,6 +230,9 @@ class SimNode(Node):
         thrust = np.array([[self.books[mu].thrust(self.stamp_ns) for mu in self.mus]])
         for mu in self.external:
             thrust[0, mu - 1] = 0.0  # its real thrusters act on it, not on its stand-in
+            # A stand-in of which nothing is heard any more drifts, and the net draws it along: drawn on after its last
+            # target it would tear at the net with whatever force that takes.
+            self.world.external[0, mu - 1] = self.stamp_ns - self._heard_ns[mu] <= self.control.held_ns
         self.world.advance(thrust)
         c = self.control
         for m, force in enumerate(thrust[0]):
@@ -229,7 +254,7 @@ class SimNode(Node):
         self._opened_at = time.perf_counter()
         # What somebody must answer goes first; whatever else there is to tell is told while they work.
         if self.external:
-            self._publish_clock()
+            self._publish_clock(stamp_ns)
         self._publish_body(DEBRIS)
         self._net_out.publish(self._net.fill(stamp_ns, self.world))
         noise = self.noise.draw(1)[0]
@@ -239,7 +264,7 @@ class SimNode(Node):
             if mu not in self.external:
                 self._odometry_out[mu].publish(self._odometry[mu].fill(stamp_ns, position, velocity))
         if not self.external:
-            self._publish_clock()
+            self._publish_clock(stamp_ns)
         self._untold = True
         if self.lockstep:
             self._tell_rest()  # the processors are busy all the time anyway: tell while the others work
@@ -252,15 +277,15 @@ class SimNode(Node):
         stamp_ns = self.stamp_ns
         self._publish_body(CHASER)
         self._tf_out.publish(self._tf.fill(stamp_ns, self.world))
-        tick = stamp_ns // self.control.period_ns
+        tick = (stamp_ns - self._first_ns) // self.control.period_ns
         if tick % self.p.markers_every == 0:
             self._markers_out.publish(self._markers.fill(stamp_ns, self.world))
         if tick % self.p.sim_status_every == 0:
             self._publish_status()
 
-    def _publish_clock(self) -> None:
+    def _publish_clock(self, stamp_ns: int) -> None:
         clock = Clock()
-        set_stamp(clock.clock, self.stamp_ns)
+        set_stamp(clock.clock, stamp_ns)
         self._clock_out.publish(clock)
 
     def _publish_body(self, body: int) -> None:
@@ -269,10 +294,11 @@ class SimNode(Node):
 
     def _publish_status(self) -> None:
         books = [self.books[mu] for mu in self.mus]
-        elapsed = self.stamp_ns * NANOSECOND_S
+        flown_ns = self.stamp_ns - self._first_ns
+        elapsed = flown_ns * NANOSECOND_S
         wall = time.perf_counter() - self._launched_at
         message = SimStatus(
-            tick=self.stamp_ns // self.control.period_ns,
+            tick=flown_ns // self.control.period_ns,
             finished=self.finished,
             fault=self.fault,
             real_time_factor=elapsed / wall if self.flying or self.finished else 0.0,
