@@ -162,6 +162,13 @@ def test_what_is_imported_is_asked_for_and_nothing_else(package):
         assert set(offered.get(extra, [])) == {DISTRIBUTION.get(name, name) for name in needs & names}
 
 
+@pytest.mark.parametrize("name", ["run", "ros-jazzy"])
+def test_requirements_name_what_a_mission_imports_and_nothing_else(name):
+    needs = set.union(*map(imported, PYTHON_PACKAGES)) & {*ROSDEP, *PIP_ONLY}
+    named = {package for package in pins(name) if not package.startswith("ros-jazzy-")}
+    assert named == {normal(DISTRIBUTION.get(library, library)) for library in needs}
+
+
 def test_every_library_that_is_imported_is_known_here():
     """So that a new one is put into package.xml, setup.py and requirements/ on purpose."""
     known = {*ROSDEP, *PIP_ONLY, *set.union(*EXTRAS.values())}
