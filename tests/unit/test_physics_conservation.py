@@ -5,8 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tests.physics import coast, energy, flying_net
+from tests.physics import coast, energy, flying_net, make_world
 from tethernet_sim import audit
+from tethernet_sim.fly import fly
+from tethernet_sim.scenario import Scenario
+from tethernet_sim.world import World
 
 
 @pytest.mark.parametrize("mus", [4, 8])
@@ -25,30 +28,70 @@ def test_linear_momentum_is_conserved_to_rounding(mus, closing):
 
 @pytest.mark.parametrize("mus", [4, 8])
 def test_angular_momentum_is_conserved_to_rounding(mus):
-    # Joints are left out on purpose: their damper acts across the line of a pair, for units that dock and do not orbit.
     world = flying_net(mus, closing=True)
     before = audit.angular_momentum(world.model, world.state)
     torque_free = world.state.bodies[0, 0, 10:13].copy()
     for _ in coast(world, 100):
-        assert not world.state.locked.any()
+        pass
     after = audit.angular_momentum(world.model, world.state)
     assert np.abs(after - before).max() < 1e-11 * np.abs(before).max()
     assert np.linalg.norm(world.state.bodies[0, 0, 10:13] - torque_free) > 1e-3, "the debris must have been turned"
 
 
+def closed(mus: int, pairs: int) -> World:
+    """A world as a mission with a tumbling debris leaves it when so many pairs are locked, without thrust from here."""
+    found = []
+
+    def look(_stamp_ns, world, _flying):
+        if not found and world.state.closing[0] and world.state.locked[0].sum() >= pairs:
+            found.append(world.state.copy())
+
+    fly(Scenario(mus=mus, debris_rate=(0.02, 0.03, 0.0)), None, look)
+    world = make_world(mus)
+    world.state = found[0]
+    return world
+
+
+@pytest.mark.parametrize(("mus", "pairs"), [(4, 0), (8, 1)])
+def test_angular_momentum_is_conserved_to_rounding_while_pairs_lock(mus, pairs):
+    """Winches from the start of closing on; docking, for which thrusters are needed, from the first joint on."""
+    world = closed(mus, pairs)
+    before = audit.angular_momentum(world.model, world.state)
+    linear = audit.linear_momentum(world.model, world.state)
+    turning = world.state.bodies[0, 0, 10:13].copy()
+    for _ in coast(world, 240):  # 12 s
+        pass
+    assert world.state.locked.sum() >= pairs + 4, "joints must have been at work"
+    assert np.abs(audit.angular_momentum(world.model, world.state) - before).max() < 1e-10 * np.abs(before).max()
+    assert np.abs(audit.linear_momentum(world.model, world.state) - linear).max() < 1e-10 * np.abs(linear).max()
+    assert np.linalg.norm(world.state.bodies[0, 0, 10:13] - turning) > 0.1, "the debris must have been turned"
+
+
 @pytest.mark.parametrize("mus", [4, 8])
 @pytest.mark.parametrize("seed", [0, 1])
 def test_energy_never_grows_without_thrust(mus, seed):
-    # The winch is a motor; it stands still here. Threads, tether, contact and friction are all at work.
+    # The winch is a motor; it stands still here and holds its thread. Threads, tether, contact, friction are at work.
     world = flying_net(mus, closing=True, seed=seed, winch_speed_m_s=0.0)
     energies = [energy(world)]
-    touched = 0
+    touched, held = 0, 0.0
     for _ in coast(world, 160):
         energies.append(energy(world))
         touched = max(touched, int(world.state.contacts[0]))
+        held = max(held, winch_pull(world))
     assert touched > 10
+    assert mus == 8 or held > 1.0, "the winches must have held something"
     assert np.diff(energies).max() <= 1e-9 * energies[0]
     assert energies[-1] < 0.99 * energies[0]
+
+
+def winch_pull(world: World) -> float:
+    """Largest tension of a winch's thread [N]; 0 where there is none."""
+    if not world.model.winch_threads:
+        return 0.0
+    state, pairs = world.state, world.model.arrays.pairs
+    span = np.linalg.norm(state.knot_pos[0][:, pairs[:, 1]] - state.knot_pos[0][:, pairs[:, 0]], axis=0)
+    free = np.where(state.locked[0], 0.0, span).reshape(world.model.winch_threads, -1).sum(axis=1)
+    return float(world.physics.winch_stiffness_n_m * (free - state.winch_length[0]).max())
 
 
 def test_without_damping_and_friction_energy_stays():

@@ -1,0 +1,255 @@
+"""What every force of one step does: work and dissipation, found from the laws of forces once more, apart from the
+kernels that fly.
+
+A step changes velocities by h F / m and then moves everything with the new velocities, so that the work of a force F on
+a particle is h F (v + v') / 2 exactly, v before and v' after. What a spring stores is read from the state before and
+after; here is only what neither stays kinetic nor is stored: thrust, motors, dampers, slip.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from tethernet_control.layout import KNOT_ROWS
+
+from ..model import CENTRAL_KNOT, KNOTS
+from .contact import surface
+from .options import outer, strict
+from .rigid_body import angular_rate, rotation_matrix
+from .step import advance_scenario
+
+WORK, THRUST, WINCH_IN, JOINT_IN, THREADS, TETHER, CONTACT, FRICTION, WINCH_SLIP, JOINTS = range(10)
+TERMS = 10
+"""Rows of the ledger [J]: the work of all forces on all bodies; put in by thrusters, winches and joints' motors; taken
+out by the dampers of threads and of the tether, contact, friction, slipping winches, the dampers of joints."""
+
+
+@strict
+def _kelvin_voigt(stiffness, damping, stretch, rate):
+    """Tension of a spring and damper that only pull [N], and the damper's part of it [N]."""
+    if stretch <= 0.0:
+        return 0.0, 0.0
+    tension = max(stiffness * stretch + damping * rate, 0.0)
+    return tension, tension - stiffness * stretch
+
+
+@strict
+def _between(a, b, va, vb, wa, wb):
+    """Distance of two points [m], its rate before [m/s] and its mean rate in the step [m/s]."""
+    squared, before, after = 0.0, 0.0, 0.0
+    for axis in range(3):
+        offset = b[axis] - a[axis]
+        squared += offset * offset
+        before += offset * (vb[axis] - va[axis])
+        after += offset * (wb[axis] - wa[axis])
+    length = math.sqrt(squared)
+    scale = 1.0 / max(length, 1e-9)
+    return length, before * scale, 0.5 * (before + after) * scale
+
+
+@strict
+def _net(ledger, numbers, arrays, x, v, w, mu_pos, mu_vel, mu_vel_after):
+    # Few numbers by hand instead of all constants: they are copied at every call.
+    k, c, mesh, work, lost = numbers.stiffness, numbers.damping, numbers.mesh, 0.0, 0.0
+    for i in range(KNOTS):
+        for j in (i + 1 if (i + 1) % KNOT_ROWS else KNOTS, i + KNOT_ROWS):
+            if j < KNOTS:
+                dx, dy, dz = x[0, j] - x[0, i], x[1, j] - x[1, i], x[2, j] - x[2, i]
+                squared = dx * dx + dy * dy + dz * dz
+                if squared > mesh * mesh:
+                    length = math.sqrt(squared)
+                    rate = (dx * (v[0, j] - v[0, i]) + dy * (v[1, j] - v[1, i]) + dz * (v[2, j] - v[2, i])) / length
+                    after = (dx * (w[0, j] - w[0, i]) + dy * (w[1, j] - w[1, i]) + dz * (w[2, j] - w[2, i])) / length
+                    tension, damper = _kelvin_voigt(k, c, length - mesh, rate)
+                    work += tension * 0.5 * (rate + after)
+                    lost += damper * 0.5 * (rate + after)
+    for m in range(len(mu_pos)):
+        knot = arrays.mu_knot[m]
+        length, rate, mean = _between(
+            x[:, knot], mu_pos[m], v[:, knot], mu_vel[m], w[:, knot], mu_vel_after[m]
+        )  # fmt: skip
+        tension, damper = _kelvin_voigt(k, c, length - arrays.mu_thread[m], rate)
+        work += tension * mean
+        lost += damper * mean
+    ledger[WORK] -= numbers.time_step * work
+    ledger[THREADS] += numbers.time_step * lost
+
+
+@strict
+def _tether(ledger, numbers, x, v, w, chaser, chaser_after, rest):
+    matrix, before, after = np.zeros((3, 3)), np.zeros(3), np.zeros(3)
+    rotation_matrix(chaser, matrix)
+    angular_rate(chaser, matrix, numbers.chaser_inertia, numbers.chaser_inertia, before)
+    angular_rate(chaser_after, matrix, numbers.chaser_inertia, numbers.chaser_inertia, after)
+    arm = numbers.tether_anchor * matrix[:, 2]
+    length, rate, mean = _between(
+        x, chaser[:3] + arm, v, chaser[3:6] + np.cross(before, arm), w, chaser_after[3:6] + np.cross(after, arm)
+    )
+    tension, damper = _kelvin_voigt(numbers.tether_stiffness, numbers.tether_damping, length - rest, rate)
+    ledger[WORK] -= numbers.time_step * tension * mean
+    ledger[TETHER] += numbers.time_step * damper * mean
+
+
+@strict
+def _particle(knots, mus, number):
+    return knots[:, number] if number < KNOTS else mus[number - KNOTS]
+
+
+@strict
+def _closing(ledger, numbers, arrays, x, v, w, mus, mu_vel, mu_vel_after, joints, locks, threads):
+    """``joints``, ``locks``, ``threads``: lengths of joints, which are locked, lengths of threads; before and after."""
+    h, pairs = numbers.time_step, arrays.pairs
+    span = np.zeros((len(pairs), 3))
+    for r in range(len(pairs)):
+        a, b = pairs[r, 0], pairs[r, 1]
+        span[r] = _between(
+            _particle(x, mus, a), _particle(x, mus, b), _particle(v, mu_vel, a), _particle(v, mu_vel, b),
+            _particle(w, mu_vel_after, a), _particle(w, mu_vel_after, b),
+        )  # fmt: skip
+        if locks[1, r]:
+            length, rate, mean = span[r]
+            stretch = max(length - joints[1, r], 0.0)
+            earlier = max(length - joints[0, r], 0.0) if locks[0, r] else 0.0
+            ledger[JOINT_IN] += 0.5 * numbers.joint_stiffness * (stretch * stretch - earlier * earlier)
+            damper = arrays.joint_damping[r] * rate
+            ledger[WORK] -= h * (numbers.joint_stiffness * stretch + damper) * mean
+            ledger[JOINTS] += h * damper * mean
+    for thread in range(threads.shape[1]):
+        segments = len(pairs) // threads.shape[1]
+        stretch, mean = np.array([-threads[0, thread], -threads[1, thread]]), 0.0
+        for r in range(thread * segments, (thread + 1) * segments):
+            stretch[0] += 0.0 if locks[0, r] else span[r, 0]
+            if not locks[1, r]:
+                stretch[1] += span[r, 0]
+                mean += span[r, 2]
+        before, after = max(stretch[0], 0.0), max(stretch[1], 0.0)
+        moved = 0.5 * numbers.winch_stiffness * (after * after - before * before)
+        ledger[WINCH_IN] += max(moved, 0.0)
+        ledger[WINCH_SLIP] += max(-moved, 0.0)
+        ledger[WORK] -= h * numbers.winch_stiffness * after * mean
+
+
+@strict
+def _contact(ledger, numbers, damping, size, place, speed, speed_after, debris, debris_after, matrix, rates, held):
+    """One particle: ``rates`` (2, 3) of the debris before and after [rad/s], ``held`` its bristle before [m]."""
+    h, k = numbers.time_step, numbers.contact_stiffness
+    arm = place - debris[:3]
+    local, bristle = matrix.T @ arm, 0.5 * k * np.dot(held, held)
+    distance, nx, ny, nz = surface(local[0], local[1], local[2], numbers.debris_radius, numbers.debris_half_length)
+    depth = size - distance
+    if depth <= 0.0:
+        ledger[FRICTION] += bristle  # what has let go has lost what its bristle held
+        return
+    slip = matrix.T @ (speed - debris[3:6] - np.cross(rates[0], arm))
+    later = matrix.T @ (speed_after - debris_after[3:6] - np.cross(rates[1], arm))
+    mean = 0.5 * (slip + later)
+    normal = np.array([nx, ny, nz])
+    pressing = max(k * depth - damping * np.dot(slip, normal), 0.0)
+    ledger[WORK] += h * pressing * np.dot(mean, normal)
+    ledger[CONTACT] -= h * (pressing - k * depth) * np.dot(mean, normal)
+    first = np.array([0.0, 0.0, 1.0]) if abs(nz) < 0.8 else np.array([1.0, 0.0, 0.0])
+    first -= np.dot(first, normal) * normal
+    first /= math.sqrt(np.dot(first, first))
+    limit = numbers.friction * pressing
+    ledger[FRICTION] += bristle
+    for direction in (first, np.cross(normal, first)):
+        was, slide, way = np.dot(held, direction), np.dot(slip, direction), np.dot(mean, direction)
+        ledger[FRICTION] -= 0.5 * k * was * was  # what stays is what turned out of the tangent plane
+        raw = was + h * slide
+        stuck = min(max(raw, -limit / k), limit / k)
+        force = min(max(-k * raw - damping * slide, -limit), limit)
+        ledger[WORK] += h * force * way
+        ledger[FRICTION] += k * stuck * (raw - stuck) - h * (force + k * stuck) * way
+
+
+@strict
+def book_step(
+    ledger, numbers, arrays, thrust, closing, tether_length, knots, knot_vels, mu_pos, mu_vels, bodies, bristle,
+    joints, locks, threads,
+):  # fmt: skip
+    """Add what one step did to the ``ledger`` (TERMS,) [J].
+
+    Args:
+        ledger: updated.
+        numbers: scalar constants of the model.
+        arrays: constant arrays of the model.
+        thrust: of the MUs in this step [N], (M, 3).
+        closing: whether closing has begun.
+        tether_length: of the locked tether [m].
+        knots: positions before [m], (3, 529).
+        knot_vels: velocities before and after [m/s], (2, 3, 529).
+        mu_pos: positions before [m], (M, 3).
+        mu_vels: velocities before and after [m/s], (2, M, 3).
+        bodies: before and after, (2, 2, 13).
+        bristle: before [m], (529 + M, 3).
+        joints: rest lengths of the pairs before and after [m], (2, R).
+        locks: which pairs are locked before and after, (2, R).
+        threads: rest lengths of the winches' threads before and after [m], (2, S).
+    """
+    v, w = knot_vels[0], knot_vels[1]
+    given = 0.0
+    for m in range(len(mu_pos)):
+        for axis in range(3):
+            given += numbers.time_step * thrust[m, axis] * 0.5 * (mu_vels[0, m, axis] + mu_vels[1, m, axis])
+    ledger[THRUST] += given
+    ledger[WORK] += given
+    _net(ledger, numbers, arrays, knots, v, w, mu_pos, mu_vels[0], mu_vels[1])
+    if closing:
+        _tether(
+            ledger, numbers, knots[:, CENTRAL_KNOT], v[:, CENTRAL_KNOT], w[:, CENTRAL_KNOT], bodies[0, 1],
+            bodies[1, 1], tether_length,
+        )  # fmt: skip
+        _closing(ledger, numbers, arrays, knots, v, w, mu_pos, mu_vels[0], mu_vels[1], joints, locks, threads)
+    debris, after = bodies[0, 0], bodies[1, 0]
+    matrix, rates = np.zeros((3, 3)), np.zeros((2, 3))
+    rotation_matrix(debris, matrix)
+    angular_rate(debris, matrix, numbers.debris_across, numbers.debris_along, rates[0])
+    angular_rate(after, matrix, numbers.debris_across, numbers.debris_along, rates[1])
+    px, py, pz = debris[0], debris[1], debris[2]
+    for p in range(KNOTS + len(mu_pos)):
+        if p < KNOTS:
+            dx, dy, dz = knots[0, p] - px, knots[1, p] - py, knots[2, p] - pz
+        else:
+            dx, dy, dz = mu_pos[p - KNOTS, 0] - px, mu_pos[p - KNOTS, 1] - py, mu_pos[p - KNOTS, 2] - pz
+        along = matrix[0, 2] * dx + matrix[1, 2] * dy + matrix[2, 2] * dz
+        # Outside of a cylinder that is larger all round nothing touches.
+        size = numbers.knot_radius if p < KNOTS else numbers.mu_radius
+        wide = numbers.debris_radius + size
+        if dx * dx + dy * dy + dz * dz - along * along < wide * wide and abs(along) < numbers.debris_half_length + size:
+            _contact(
+                ledger, numbers, arrays.contact_damping[p], size, _particle(knots, mu_pos, p),
+                _particle(v, mu_vels[0], p), _particle(w, mu_vels[1], p), debris, after, matrix, rates, bristle[p],
+            )  # fmt: skip
+        elif bristle[p, 0] != 0.0 or bristle[p, 1] != 0.0 or bristle[p, 2] != 0.0:
+            ledger[FRICTION] += 0.5 * numbers.contact_stiffness * np.dot(bristle[p], bristle[p])  # it has let go
+
+
+@outer
+def fly_booked(
+    ledger, numbers, arrays, steps, thrust, external, target_pos, target_vel, knot_pos, knot_vel, mu_pos, mu_vel,
+    bodies, bristle, closing, pair_length, locked, winch_length, tether_length,
+):  # fmt: skip
+    """Fly one scenario like step.advance, step by step, and book each step. Returns the particles in contact at the
+    last.
+    """
+    contacts = 0
+    knot_vels, mu_vels = np.zeros((2, *knot_vel.shape)), np.zeros((2, *mu_vel.shape))
+    both_bodies, joints = np.zeros((2, *bodies.shape)), np.zeros((2, *pair_length.shape))
+    locks, threads = np.zeros((2, *locked.shape), np.bool_), np.zeros((2, *winch_length.shape))
+    for _ in range(steps):
+        knots, mus, held = knot_pos.copy(), mu_pos.copy(), bristle.copy()
+        knot_vels[0], mu_vels[0], both_bodies[0] = knot_vel, mu_vel, bodies
+        joints[0], locks[0], threads[0] = pair_length, locked, winch_length
+        contacts = advance_scenario(
+            numbers, arrays, 1, thrust, external, target_pos, target_vel, knot_pos, knot_vel, mu_pos, mu_vel, bodies,
+            bristle, closing, pair_length, locked, winch_length, tether_length,
+        )  # fmt: skip
+        knot_vels[1], mu_vels[1], both_bodies[1] = knot_vel, mu_vel, bodies
+        joints[1], locks[1], threads[1] = pair_length, locked, winch_length
+        book_step(
+            ledger, numbers, arrays, thrust, closing, tether_length, knots, knot_vels, mus, mu_vels, both_bodies, held,
+            joints, locks, threads,
+        )  # fmt: skip
+    return contacts

@@ -1,0 +1,45 @@
+"""The energy of whole missions: nothing comes from nowhere, and what goes, goes where it is booked."""
+
+from __future__ import annotations
+
+import pytest
+
+from tests.physics import coast, flying_net
+from tethernet_control.parameters import load
+from tethernet_sim.energy import Auditor, audit_mission
+from tethernet_sim.scenario import Scenario
+from tethernet_sim.settings import PhysicsParameters
+
+
+@pytest.mark.parametrize("mus", [4, 8])
+def test_the_energy_of_a_whole_mission_balances(mus):
+    outcome, balance = audit_mission(Scenario(mus=mus))
+    assert outcome.captured, "to the end of the capture"
+    assert balance.work == pytest.approx(balance.gained, abs=1e-7 * balance.all_in), "the kernels follow the laws"
+    assert abs(balance.residual) < 0.02 * balance.all_in
+    assert min(balance.lost.values()) >= 0.0
+    busy = {"threads", "tether", "contact", "friction", "joints"} | ({"winches slipping"} if mus == 4 else set())
+    assert {name for name, energy in balance.lost.items() if energy > 0.01} == busy
+    assert balance.put_in["thrusters"] > 10.0
+    assert (balance.put_in["winches"] > 10.0) == (mus == 4)
+
+
+def test_docking_puts_in_no_more_than_its_motors_can():
+    _, balance = audit_mission(Scenario(mus=8))
+    physics = load(PhysicsParameters)
+    assert 0.0 < balance.put_in["docking motors"] <= 8 * 0.5 * physics.joint_pull_n
+
+
+@pytest.mark.parametrize("mus", [4, 8])
+def test_every_force_is_booked(mus):
+    """A shaken net thrown at a tumbling debris, closing: the work of all laws is the kinetic energy, to rounding."""
+    world = flying_net(mus, closing=True)
+    auditor = Auditor()
+    auditor.attach(world)
+    for _ in coast(world, 60):
+        pass
+    balance = auditor.balance()
+    assert balance.work == pytest.approx(balance.gained, rel=1e-9)
+    assert balance.lost["contact"] > 0.0
+    assert balance.lost["friction"] > 0.0
+    assert balance.put_in["thrusters"] == 0.0
