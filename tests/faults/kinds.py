@@ -46,26 +46,23 @@ class Kind:
     """Whether the bag must be whole or salvageable."""
     deaths: bool = False
     """Whether a node may die: where it is killed."""
-    paces: tuple[str, ...] = ("lockstep", "lockstep", "lockstep", "realtime")
+    paces: tuple[str, ...] = ("lockstep",) * 7 + ("realtime",)
 
 
 def _kill(number: signal.Signals, names: tuple[str, ...] = ()) -> Callable[[Run, random.Random], None]:
     def inject(run: Run, generator: random.Random) -> None:
-        nodes = run.nodes()
-        chosen = [name for name in sorted(nodes) if not names or name in names]
-        if chosen:
-            run.target = generator.choice(chosen)
-            run.send(nodes[run.target], number)
+        pid = run.choose(lambda name: not names or name in names, generator)
+        if pid:
+            run.send(pid, number)
 
     return inject
 
 
 def _controller(number: signal.Signals) -> Callable[[Run, random.Random], None]:
     def inject(run: Run, generator: random.Random) -> None:
-        nodes = {name: pid for name, pid in run.nodes().items() if name.startswith("mu")}
-        if nodes:
-            run.target = generator.choice(sorted(nodes))
-            run.send(nodes[run.target], number)
+        pid = run.choose(lambda name: name.startswith("mu"), generator)
+        if pid:
+            run.send(pid, number)
 
     return inject
 
@@ -80,10 +77,9 @@ def _command(number: signal.Signals) -> Callable[[Run, random.Random], None]:
 
 def _halt(shortest_s: float, longest_s: float) -> Callable[[Run, random.Random], None]:
     def inject(run: Run, generator: random.Random) -> None:
-        nodes = run.nodes()
-        if nodes:
-            run.target = generator.choice(sorted(nodes))
-            _stop_and_go(run, nodes[run.target], generator.uniform(shortest_s, longest_s))
+        pid = run.choose(lambda name: True, generator)
+        if pid:
+            _stop_and_go(run, pid, generator.uniform(shortest_s, longest_s))
 
     return inject
 

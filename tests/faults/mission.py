@@ -20,10 +20,13 @@ import subprocess
 import sys
 import threading
 import time
+from collections.abc import Callable
 from pathlib import Path
 
 from .kinds import CATALOGUE, Kind
 
+SEGMENT = re.compile(r"fastrtps_(?!port7[0-3]\d\d)")
+"""Shared memory of Fast DDS, but for the ports that belong to no domain: whoever comes next takes them over."""
 NODE = re.compile(r"__node:=(\w+)")
 FLIGHT_S = {"lockstep": 40.0, "realtime": 75.0}
 """What a mission without a fault may take on a busy machine, from start to end [s] of wall time."""
@@ -64,6 +67,17 @@ class Run:
             if name and str(self.output) in command:
                 found[name[1]] = pid
         return found
+
+    def choose(self, wanted: Callable[[str], bool], generator: random.Random) -> int:
+        """Process id of a node drawn from those whose names are wanted, as soon as there is one; 0 when none comes."""
+        while self.command.poll() is None:
+            nodes = {name: pid for name, pid in self.nodes().items() if wanted(name)}
+            if nodes:
+                self.target = generator.choice(sorted(nodes))
+                return nodes[self.target]
+            self.wait(0.05)
+        self.injected = False
+        return 0
 
     def send(self, pid: int, number: signal.Signals) -> None:
         """Send a signal to a process that may have ended."""
@@ -146,7 +160,7 @@ class Run:
                 return
             time.sleep(0.1)
         if not self.beside:
-            found = sorted(path.name for path in Path("/dev/shm").iterdir() if "fastrtps" in path.name)
+            found = sorted(path.name for path in Path("/dev/shm").iterdir() if SEGMENT.search(path.name))
             if found:
                 self.broken.append(f"{len(found)} files left in /dev/shm: {found[:4]}")
 

@@ -328,3 +328,18 @@ def test_only_segments_that_nobody_holds_are_removed(tmp_path, monkeypatch):
         holder.communicate("\n", timeout=DEADLINE_S)
     assert holder.returncode == 0
     assert {path.name for path in tmp_path.iterdir()} == {held, theirs, f"{theirs}_el", "fastrtps_port7001"}
+
+
+def test_segments_that_nobody_noted_are_known_by_their_age(tmp_path, monkeypatch):
+    monkeypatch.setattr(shared_memory, "FOLDER", tmp_path)
+    monkeypatch.setattr(shared_memory, "YOUNG_S", 0.0)
+    before = tmp_path / "fastrtps_00000000000000aa"
+    before.touch()
+    began_s = before.stat().st_ctime
+    until(lambda: time.time() > began_s + 0.02, "no time has passed")
+    for name in ("fastrtps_00000000000000bb", "fastrtps_00000000000000bb_el", "fastrtps_port7400", "other"):
+        (tmp_path / name).touch()
+    until(lambda: shared_memory.made_since(began_s), "the new segment is not found")
+    assert shared_memory.made_since(began_s) == {"fastrtps_00000000000000bb"}
+    assert shared_memory.clean(shared_memory.made_since(began_s)) == ["fastrtps_00000000000000bb"]
+    assert before.exists()

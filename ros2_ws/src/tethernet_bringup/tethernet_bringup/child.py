@@ -21,11 +21,11 @@ from . import sweeper
 PATIENCE_S = 5.0
 
 
-def _end_with_supervisor() -> None:
+def _end_with_supervisor(began_s: float) -> None:
     while os.read(0, 1):
         pass
     try:
-        sweeper.start()  # nobody else is left to do that
+        sweeper.start(began_s)  # nobody else is left to do that
         time.sleep(sweeper.HEAD_START_S)
     except Exception as error:  # whatever it is, this process has to end
         print(f"the shared memory stays behind: {error}", file=sys.stderr, flush=True)
@@ -36,7 +36,7 @@ def _end_with_supervisor() -> None:
 
 def main() -> None:
     """Run the module that the command line names as ``python -m`` would."""
-    threading.Thread(target=_end_with_supervisor, name="supervisor-watch", daemon=True).start()
+    threading.Thread(target=_end_with_supervisor, args=(time.time(),), name="supervisor-watch", daemon=True).start()
     module = sys.argv[1]
     del sys.argv[1]
     runpy.run_module(module, run_name="__main__", alter_sys=True)

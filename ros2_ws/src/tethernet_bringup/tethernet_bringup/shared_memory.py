@@ -9,11 +9,14 @@ from __future__ import annotations
 import fcntl
 import os
 import re
+import time
 from collections.abc import Iterable
 from pathlib import Path
 
 FOLDER = Path("/dev/shm")
 _FIRST_DOMAIN_PORT = 7400
+YOUNG_S = 1.0
+"""[s] A segment that is younger may not have been locked by its owner yet."""
 _NAME = re.compile(r"/(fastrtps_(?:[0-9a-f]{16}|port(\d+)))$")
 
 
@@ -30,6 +33,27 @@ def held_by(pids: Iterable[int]) -> set[str]:
             if found[2] is None or int(found[2]) >= _FIRST_DOMAIN_PORT:
                 names.add(found[1])
     return names
+
+
+def made_since(time_s: float) -> set[str]:
+    """Names of this user's segments, without ports, that were made after a time, and not just now.
+
+    Where a process was killed before anybody noted its segment, only its age tells whose mission it was. A living
+    owner's is kept by :func:`clean`.
+
+    Args:
+        time_s: seconds since the epoch.
+    """
+    found = set()
+    for path in FOLDER.glob("fastrtps_*"):
+        name = _NAME.search(f"/{path.name}")
+        try:
+            there = path.stat()
+        except OSError:  # gone meanwhile
+            continue
+        if name and name[2] is None and there.st_uid == os.getuid() and time_s < there.st_ctime < time.time() - YOUNG_S:
+            found.add(path.name)
+    return found
 
 
 def clean(names: Iterable[str]) -> list[str]:

@@ -138,6 +138,7 @@ class Supervisor:
         self._environment = dict(environment)
         self._processes: dict[str, tuple[NodeProcess, subprocess.Popen]] = {}
         self._exits: dict[str, Exit] = {}
+        self._began_s = time.time()
         self._segments: set[str] = set()
         # Nobody writes into this pipe: its end tells the nodes that the supervisor is gone.
         self._read_end, self._write_end = os.pipe()
@@ -204,7 +205,8 @@ class Supervisor:
 
     def clean(self) -> None:
         """Remove the shared memory that killed nodes left; again whenever this process has talked to them since."""
-        shared_memory.clean(self._segments)
+        killed = any(ended.code < 0 for ended in self._exits.values())
+        shared_memory.clean(self._segments | (shared_memory.made_since(self._began_s) if killed else set()))
 
     def stop(self, hurry: bool = True) -> list[Exit]:
         """End all processes: SIGINT, then SIGTERM, then SIGKILL; those marked ``last`` after the others.

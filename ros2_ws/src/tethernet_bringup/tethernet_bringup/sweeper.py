@@ -22,10 +22,13 @@ HEAD_START_S = 0.5
 _POLL_S = 0.05
 
 
-def start() -> None:
+def start(began_s: float) -> None:
     """Start the sweeper of this process' mission, unless another node has done so.
 
     It is known by then what the nodes map, if all of them wait for :data:`HEAD_START_S` before they end.
+
+    Args:
+        began_s: when this process started, seconds since the epoch: before any node of the mission made a segment.
     """
     try:
         place = socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM)
@@ -36,20 +39,24 @@ def start() -> None:
         return
     names = shared_memory.held_by(_family(pipe))  # now: the nodes end faster than a process starts
     subprocess.Popen(
-        [sys.executable, "-P", "-m", "tethernet_bringup.sweeper", *sorted(names)],
+        [sys.executable, "-P", "-m", "tethernet_bringup.sweeper", f"{began_s:.3f}", *sorted(names)],
         stdin=0, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
         start_new_session=True, pass_fds=[place.fileno()],
     )  # fmt: skip
 
 
 def main() -> None:
-    """Wait for the end of the nodes, then remove what they have left. The command line names what they map so far."""
-    pipe, names = _pipe_of("self"), set(sys.argv[1:])
+    """Wait for the end of the nodes, then remove what they have left.
+
+    The command line tells when they began and what they map so far.
+    """
+    pipe, began_s, names = _pipe_of("self"), float(sys.argv[1]), set(sys.argv[2:])
     deadline = time.monotonic() + PATIENCE_S
     while (family := [pid for pid in _family(pipe) if pid != os.getpid()]) and time.monotonic() < deadline:
         names |= shared_memory.held_by(family)
         time.sleep(_POLL_S)
-    shared_memory.clean(names)
+    time.sleep(shared_memory.YOUNG_S)  # what was made last has to be old enough
+    shared_memory.clean(names | shared_memory.made_since(began_s))
 
 
 def _family(pipe: str) -> list[int]:
