@@ -64,6 +64,8 @@ OPTIONS: dict[str, tuple[bool, dict[str, Any], dict[str, Any]]] = {
 """Name: (start from the paper's control, control, mission)."""
 
 SPEEDS_M_S, TENSIONS_N = (0.5, 0.75, 1.0, 1.5, 2.0), (10.0, 20.0, 30.0, 40.0, 80.0)
+STIFFNESSES_N_M = (50.0, 200.0, 1000.0)
+"""Of the closing thread, beside the default one, which the map is made with."""
 
 
 def option_settings() -> dict[str, Settings]:
@@ -75,12 +77,14 @@ def option_settings() -> dict[str, Settings]:
 
 
 def winch_settings() -> dict[str, Settings]:
-    """The settings of each winch, by its name."""
-    return {
+    """The settings of each winch, by its name: the map of speed and tension, then the thread's stiffness."""
+    winches = {
         f"{speed:g} m/s, {tension:g} N": Settings.load(physics={"winch_speed_m_s": speed, "winch_tension_n": tension})
         for speed in SPEEDS_M_S
         for tension in TENSIONS_N
     }
+    threads = {f"default, {k:g} N/m": Settings.load(physics={"winch_stiffness_n_m": k}) for k in STIFFNESSES_N_M}
+    return {**winches, **threads}
 
 
 def fly(variants: dict[str, Settings], mus: int, count: int, seed: int, folder: Path) -> dict[str, Summary] | None:
@@ -137,8 +141,9 @@ def draw_winches(found: dict[str, Summary]) -> Any:
     """Success and locked pairs over the winch's speed and tension, as a figure."""
     figure = pictures.new_figure(11.0, 4.6)
     shape = len(SPEEDS_M_S), len(TENSIONS_N)
-    success = np.array([100.0 * s.success.value for s in found.values()]).reshape(shape)
-    pairs = np.array([mean_pairs(s) for s in found.values()]).reshape(shape)
+    mapped = list(found.values())[: shape[0] * shape[1]]
+    success = np.array([100.0 * s.success.value for s in mapped]).reshape(shape)
+    pairs = np.array([mean_pairs(s) for s in mapped]).reshape(shape)
     panels = figure.subplots(1, 2)
     for panel, values, title, low, high in (
         (panels[0], success, "captured [%]", 0.0, 100.0),
