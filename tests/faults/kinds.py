@@ -261,8 +261,8 @@ CATALOGUE = (
     Kind("bag cut", _bag_file(_cut), allowed=FAILED, bag=False),
     Kind("bag replaced", _bag_file(_replace), allowed=FAILED, bag=False),
     Kind("run folder removed", _remove_run, allowed=FAILED, outcome=False, bag=False),
-    Kind("full disk", prepare=_small_disk, allowed=ANY_END, outcome=False),
-    Kind("file size limit", prepare=_file_size_limit, allowed=ANY_END, outcome=False),
+    Kind("full disk", prepare=_small_disk, allowed=ANY_END, outcome=False, deaths=True),
+    Kind("file size limit", prepare=_file_size_limit, allowed=ANY_END, outcome=False, deaths=True),
     Kind("few file handles", prepare=_few_handles, allowed=ANY_END, outcome=False, bag=False, deaths=True),
     Kind("little shared memory", prepare=_no_shared_memory, allowed=ANY_END, deaths=True),
     # Environment

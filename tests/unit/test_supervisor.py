@@ -199,8 +199,10 @@ def segments():
 
 def test_the_shared_memory_of_a_killed_command_goes_and_nobody_elses(modules, logs, segments):
     (modules / "holding.py").write_text(textwrap.dedent(HOLDING))
-    the_commands, a_nodes, shared, _ = segments
-    other = subprocess.Popen([sys.executable, modules / "holding.py", shared], stdout=subprocess.PIPE, text=True)
+    the_commands, a_nodes, shared, another = segments
+    other = subprocess.Popen(
+        [sys.executable, modules / "holding.py", shared, another], stdout=subprocess.PIPE, text=True
+    )
     assert other.stdout.readline() == "ready\n"
     code = f"""
         from pathlib import Path
