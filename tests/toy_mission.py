@@ -24,6 +24,8 @@ from tethernet_control.layout import design, nominal_aiming_points
 from tethernet_msgs.msg import CaptureAssessment, MissionState, MuStatus
 
 PERIOD_NS = 50_000_000
+START_NS = 20 * PERIOD_NS
+"""The launch on the mission's clock; all other times here count from it."""
 TRIGGER_S = 24.45
 END_S = 39.45
 DEPLOYMENT_S = 25.0
@@ -91,12 +93,12 @@ def messages(mus: int = 8, end_s: float = END_S, *, seed: int = 7) -> Iterator[t
     kinds = {topic.name: topic.type_name for topic in mission_topics(mus)}
     rng = np.random.default_rng(seed)
     new = {name: _message_class(kind) for name, kind in kinds.items()}
-    yield "/debris/odom", _odometry(new, "/debris/odom", 0, DEBRIS, ATTITUDE)
+    yield "/debris/odom", _odometry(new, "/debris/odom", START_NS, DEBRIS, ATTITUDE)
     for sequence, phase in ((1, MissionState.ARMED), (2, MissionState.DEPLOYING)):
         for confirmed in (False, True):
-            yield "/mission/state", _state(new, 0, phase, sequence, confirmed, mus)
+            yield "/mission/state", _state(new, START_NS, phase, sequence, confirmed, mus)
     for tick in range(round(end_s * 1e9 / PERIOD_NS) + 1):
-        stamp, time_s = tick * PERIOD_NS, tick * PERIOD_NS * 1e-9
+        stamp, time_s = START_NS + tick * PERIOD_NS, tick * PERIOD_NS * 1e-9
         yield from _tick(new, rng, mus, tick, stamp, time_s)
 
 
@@ -137,7 +139,7 @@ def write_bag(folder: Path, mus: int = 8, end_s: float = END_S, *, without=(), f
     kept = [topic for topic in topics if topic.name not in without]
     number = {index: kept.index(topic) for index, topic in enumerate(topics) if topic in kept}
     writer = BagWriter(folder, kept, run_info=as_texts(RUN_INFO | {"mus": str(mus)}))
-    next_flush, counter = 0.0, [0] * len(topics)
+    next_flush, counter = START_NS * 1e-9, [0] * len(topics)
     for index, stamp, data in serialized(mus, end_s):
         if index not in number:
             continue
@@ -241,9 +243,11 @@ def _state(new, stamp, phase, sequence, confirmed, mus):
     message = new["/mission/state"](phase=phase, sequence=sequence, confirmed=confirmed, mu_count=mus, policy="nominal")
     _head(message, stamp)
     _xyz(message.debris_position, DEBRIS)
+    if phase >= MissionState.DEPLOYING:
+        _stamp(message.launch_time, START_NS)
     if phase >= MissionState.CLOSING:
-        _stamp(message.closing_time, round(TRIGGER_S * 1e9))
-        _stamp(message.end_time, round(END_S * 1e9))
+        _stamp(message.closing_time, START_NS + round(TRIGGER_S * 1e9))
+        _stamp(message.end_time, START_NS + round(END_S * 1e9))
     return message
 
 

@@ -220,6 +220,26 @@ def test_nan_is_left_out_and_told(tmp_path, coarse, capsys):
     assert content["locked_pairs"] == 0
 
 
+def test_what_was_said_before_its_node_knew_the_time_is_dated_by_the_bag(tmp_path):
+    from rclpy.serialization import serialize_message
+
+    topics = toy_mission.bag_topics()
+    number = {topic.name: index for index, topic in enumerate(topics)}
+    writer = BagWriter(tmp_path / "bag", topics, run_info={})
+    start = toy_mission.START_NS
+    for name, message in toy_mission.messages(end_s=0.0):
+        if name in {"/mission/state", "/mu2/status"} and message.header.stamp.sec:
+            unset = type(message)(**({"mu": 2} if name == "/mu2/status" else {"mu_count": 8}))
+            writer.write(number[name], start, start, 0, serialize_message(unset))
+        writer.write(number[name], start, start, 0, serialize_message(message))
+    writer.close()
+    data = load(open_bag(tmp_path))
+    assert data.origin_ns == start
+    assert data.phases[0].phase.name == "WAITING"
+    assert all(change.time_ns == start for change in data.phases)
+    assert data.mus[2].fuel.stamps.tolist() == [start, start]
+
+
 def test_another_robots_bag_is_told(tmp_path, capsys):
     topic = BagTopic("/camera", installed_type("std_msgs/msg/String").message_type, qos_profiles(latched=False))
     writer = BagWriter(tmp_path / "bag", [topic], run_info={})

@@ -48,7 +48,7 @@ class Mission:
         """Say it all, at so many control ticks a second."""
         begin = time.monotonic()
         for number, stamp, data in toy_mission.serialized(self.mus, end_s):
-            ahead = stamp * 1e-9 * 20.0 / rate_hz - (time.monotonic() - begin)
+            ahead = (stamp - toy_mission.START_NS) * 1e-9 * 20.0 / rate_hz - (time.monotonic() - begin)
             if ahead > 0.0:
                 time.sleep(ahead)
             elif ahead < -2.0 / rate_hz:
@@ -126,6 +126,23 @@ def test_latched_messages_from_before_are_recorded(processes, probe, run):
     assert (message.topic, unpadded(message.data)) == ("/mission/state", unpadded(data))
 
 
+def test_a_message_without_a_stamp_is_dated_by_the_missions_time(processes, probe, run):
+    """What a node latches before it knows the time carries a stamp of 0, which readers take for unset."""
+    from tethernet_msgs.msg import MuStatus
+
+    mission = Mission(probe)
+    number = next(i for i, topic in enumerate(mission_topics(8)) if topic.name == "/mu4/status")
+    mission.publishers[number].publish(MuStatus(mu=4))
+    process = start(processes, run)
+    mission.wait_for_recorder(process)
+    mission.fly(0.5)
+    assert stop(process) == 0
+    times = [(m.log_time, m.publish_time) for m in open_bag(run).messages() if m.topic == "/mu4/status"]
+    assert len(times) == 1 + 3
+    first, last = toy_mission.START_NS, toy_mission.START_NS + 500_000_000
+    assert all(first <= log_time == publish_time <= last for log_time, publish_time in times)
+
+
 def test_after_kill_9_all_but_the_last_second_is_readable(processes, probe, run):
     process = start(processes, run)
     mission = Mission(probe)
@@ -176,7 +193,8 @@ def test_extra_topics_are_recorded(processes, probe, run):
             if c.topic == "/weather"
         ]
     assert [text for _, text in said] == ["early", "solar wind"]
-    assert said[0][0] <= said[1][0] <= 500_000_000, "logged at the mission's time"
+    launch = toy_mission.START_NS
+    assert launch <= said[0][0] <= said[1][0] <= launch + 500_000_000, "logged at the mission's time"
 
 
 def small_disk(path):

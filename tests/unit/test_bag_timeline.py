@@ -45,6 +45,8 @@ def test_what_has_no_stamp_gives_none():
     assert reader("tf2_msgs/msg/TFMessage")(serialize_message(TFMessage())) is None
     odometry = Odometry()
     assert reader("nav_msgs/msg/Odometry")(stamped(odometry, odometry.header, -1, 0)) is None
+    assert reader("nav_msgs/msg/Odometry")(stamped(odometry, odometry.header, 0, 0)) is None, "nobody has set it"
+    assert reader("nav_msgs/msg/Odometry")(stamped(odometry, odometry.header, 0, 1)) == 1
     assert reader("nav_msgs/msg/Odometry")(b"\x00\x01\x00\x00\x01") is None
 
 
@@ -71,7 +73,7 @@ def test_without_clock_the_odometry_tells_the_time():
     line.tell(WALL_NS - 5, clock=False)
     line.tell(None, clock=False)
     assert line.now == WALL_NS
-    assert line.log_time(0) == WALL_NS  # a state stamped before anybody knew the time
+    assert line.log_time(None) == WALL_NS  # a state published before anybody knew the time
 
 
 def test_extra_topics_are_read():

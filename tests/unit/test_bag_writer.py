@@ -11,6 +11,7 @@ from rosbags.highlevel import AnyReader
 from rosbags.rosbag2 import Reader
 
 from tests import toy_mission
+from tests.toy_mission import START_NS
 from tethernet_bringup import bag_writer, mcap_writer
 from tethernet_bringup.bag_errors import BagWriteError
 from tethernet_bringup.bag_metadata import BagTopic, as_texts, qos_profiles
@@ -75,19 +76,18 @@ def test_mcap_reads_every_message_in_time_order(bag):
     times = [time for _, time, _ in read]
     assert times == sorted(times)
     assert summary.statistics.message_count == len(read)
-    assert summary.statistics.message_start_time == 0
-    assert summary.statistics.message_end_time == round(SHORT_S * 1e9)
+    assert summary.statistics.message_start_time == START_NS
+    assert summary.statistics.message_end_time == START_NS + round(SHORT_S * 1e9)
     assert summary.statistics.chunk_count == len(summary.chunk_indexes) > 2
     assert {schema.encoding for schema in summary.schemas.values()} == {"ros2msg"}
     assert all(set(c.metadata) == {"offered_qos_profiles", "topic_type_hash"} for c in summary.channels.values())
 
 
 def test_time_range_queries_use_the_index(bag):
+    begin, end = START_NS + 300_000_000, START_NS + 500_000_000
     with (bag / "bag_0.mcap").open("rb") as stream:
-        found = list(
-            make_reader(stream).iter_messages(topics=["/mu3/odom"], starting_at=300_000_000, ending_before=500_000_000)
-        )
-    assert [message.log_time for _, _, message in found] == [300_000_000, 350_000_000, 400_000_000, 450_000_000]
+        found = list(make_reader(stream).iter_messages(topics=["/mu3/odom"], starting_at=begin, ending_before=end))
+    assert [message.log_time - begin for _, _, message in found] == [0, 50_000_000, 100_000_000, 150_000_000]
 
 
 def test_every_checksum_fits(bag):
@@ -104,12 +104,12 @@ def test_metadata_is_what_jazzy_writes(information):
     assert information["storage_identifier"] == "mcap"
     assert information["relative_file_paths"] == ["bag_0.mcap"]
     assert information["duration"] == {"nanoseconds": round(SHORT_S * 1e9)}
-    assert information["starting_time"] == {"nanoseconds_since_epoch": 0}
+    assert information["starting_time"] == {"nanoseconds_since_epoch": START_NS}
     assert information["message_count"] == len(recorded())
     assert information["files"] == [
         {
             "path": "bag_0.mcap",
-            "starting_time": {"nanoseconds_since_epoch": 0},
+            "starting_time": {"nanoseconds_since_epoch": START_NS},
             "duration": {"nanoseconds": round(SHORT_S * 1e9)},
             "message_count": len(recorded()),
         }
@@ -168,7 +168,7 @@ def test_metadata_is_in_block_style(bag):
     lines = (bag / "metadata.yaml").read_text().splitlines()
     for line in (
         "  starting_time:",
-        "    nanoseconds_since_epoch: 0",
+        f"    nanoseconds_since_epoch: {START_NS}",
         "    - topic_metadata:",
         "        name: /clock",
         "        type: rosgraph_msgs/msg/Clock",

@@ -138,7 +138,7 @@ def test_the_command_tells_what_was_recovered(tmp_path, whole, capsys):
     assert main([str(folder), str(tmp_path / "out")]) == 0
     out = capsys.readouterr().out
     assert "recovered " in out
-    assert "messages, 0.00 s to " in out
+    assert "messages, 1.00 s to " in out
     assert "lost: bag_0.mcap, byte " in out
 
 

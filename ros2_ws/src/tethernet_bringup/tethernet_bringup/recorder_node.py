@@ -102,7 +102,7 @@ class _Early:
     """A message from before the mission had a time."""
 
     index: int
-    publish_time: int
+    stamp: int | None
     sequence: int
     data: bytes = field(repr=False)
 
@@ -231,21 +231,24 @@ class Recorder(Node):
         stamp = source.stamp(data)
         if source.topic.tells_time:
             self._timeline.tell(stamp, clock=source.is_clock)
-        log_time = self._timeline.log_time(stamp)
         sequence &= _SEQUENCE_MASK
-        if log_time is None and len(self._early) < _MOST_EARLY:
-            self._early.append(_Early(index, stamp or 0, sequence, data))
+        if self._timeline.now is None and len(self._early) < _MOST_EARLY:
+            self._early.append(_Early(index, stamp, sequence, data))
             return
         if self._early:
             self._write_early()
-        log_time = log_time or 0
-        self._bag.write(index, log_time, log_time if stamp is None else stamp, sequence, data)
+        self._write(index, stamp, sequence, data)
 
     def _write_early(self) -> None:
         while self._early:
             message = self._early.pop(0)
-            log_time = self._timeline.log_time(message.publish_time) or message.publish_time
-            self._bag.write(message.index, log_time, message.publish_time, message.sequence, message.data)
+            self._write(message.index, message.stamp, message.sequence, message.data)
+
+    def _write(self, index: int, stamp: int | None, sequence: int, data: bytes) -> None:
+        log_time = self._timeline.log_time(stamp)
+        if log_time is None:
+            log_time = stamp or 0
+        self._bag.write(index, log_time, log_time if stamp is None else stamp, sequence, data)
 
     def _write_report(self, state: str, fault: str = "") -> None:
         counts = self._bag.counts

@@ -5,10 +5,10 @@ rosbag2 logs the wall-clock time at which a message arrived. In lock-step that i
 readers order and players play: the same seed gives the same times in the bag, played back it takes as long as the
 mission took, and messages of one control tick carry one time.
 
-A message whose stamp cannot be on the mission's clock (none, or far from the rest: a driver that stamps with the wall
-clock) is logged at the mission's newest time, or it would stretch the bag over decades and stop every player. Its
-publish time stays what its publisher said. The mission's time is that of /clock, and where no simulator runs, that of
-the odometry.
+A message whose stamp cannot be on the mission's clock (none, 0 for not set, or far from the rest: a driver that stamps
+with the wall clock) is logged at the mission's newest time, or it would stretch the bag over decades and stop every
+player. Its publish time stays what its publisher said, if anything. The mission's time is that of /clock, and where no
+simulator runs, that of the odometry.
 """
 
 from __future__ import annotations
@@ -48,14 +48,15 @@ class StampReader:
         return cls(kind.stamp_offset, kind.stamp_in_array)
 
     def __call__(self, data: bytes) -> int | None:
-        """The stamp [ns], None where there is none or it is before the clock's zero."""
+        """The stamp [ns], None where there is none: no field, not set (0), or before the clock's zero."""
         offset = self.offset
         if offset is None or len(data) < offset + 8:
             return None
         if self.in_array and not _LENGTH.unpack_from(data, _ENCAPSULATION_BYTES)[0]:
             return None
         seconds, nanoseconds = _STAMP.unpack_from(data, offset)
-        return seconds * _SECOND_NS + nanoseconds if seconds >= 0 else None
+        stamp = seconds * _SECOND_NS + nanoseconds
+        return stamp if stamp and seconds >= 0 else None
 
 
 class Timeline:

@@ -20,7 +20,7 @@ from std_srvs.srv import Trigger
 
 from tethernet_control.controller import Mode
 from tethernet_control.layout import FALLBACK, design
-from tethernet_control.mission import Mission, Phase, check_debris_position
+from tethernet_control.mission import Mission, Phase, check_debris_position, seconds_between
 from tethernet_control.parameters import ParameterError
 from tethernet_control.ros import checks, diagnostics, executor, topics
 from tethernet_control.ros.checks import NetMeasurement, PlanRequest
@@ -253,9 +253,8 @@ class PlannerNode(Node):
     def _publish_state(self, mission: Mission, stamp_ns: int, confirmed: bool, reason: str) -> None:
         self._state_publisher.publish(mission_message(mission, stamp_ns, confirmed, reason))
         if confirmed and mission.sequence:
-            self.get_logger().info(
-                f"{mission.phase.name} at {stamp_ns * 1e-9:.2f} s" + (f": {shown(reason)}" if reason else "")
-            )
+            when = f" {seconds_between(mission.launch_ns, stamp_ns):.2f} s after launch" if mission.launch_ns else ""
+            self.get_logger().info(f"{mission.phase.name}{when}" + (f": {shown(reason)}" if reason else ""))
 
     def _publish_beat(self, stamp_ns: int) -> None:
         set_stamp(self._beat.stamp, stamp_ns)

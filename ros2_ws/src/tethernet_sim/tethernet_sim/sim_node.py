@@ -125,6 +125,11 @@ class SimNode(Node):
         """The newest state of the mission that counts."""
         return self.gate.mission
 
+    @property
+    def _flown_ns(self) -> int:
+        """Since the first tick [ns]."""
+        return self.stamp_ns - self._first_ns
+
     def _initial_debris(self):
         s = self.scenario
         return np.array(s.debris_position), np.array(s.debris_attitude), np.array(s.debris_rate)
@@ -217,7 +222,7 @@ class SimNode(Node):
         elif time.perf_counter() - self._opened_at > self.p.answer_timeout_s and self.barrier.pending:
             missing = self.barrier.give_up()
             self.get_logger().error(
-                f"no answer to t = {self.stamp_ns * NANOSECOND_S:.2f} s within {self.p.answer_timeout_s:g} s from "
+                f"no answer to t = {self._flown_ns * NANOSECOND_S:.2f} s within {self.p.answer_timeout_s:g} s from "
                 f"{', '.join(missing)}: going on without, held commands are zeroed after "
                 f"{self.control.watchdog_periods} periods"
             )
@@ -277,7 +282,7 @@ class SimNode(Node):
         stamp_ns = self.stamp_ns
         self._publish_body(CHASER)
         self._tf_out.publish(self._tf.fill(stamp_ns, self.world))
-        tick = (stamp_ns - self._first_ns) // self.control.period_ns
+        tick = self._flown_ns // self.control.period_ns
         if tick % self.p.markers_every == 0:
             self._markers_out.publish(self._markers.fill(stamp_ns, self.world))
         if tick % self.p.sim_status_every == 0:
@@ -294,11 +299,10 @@ class SimNode(Node):
 
     def _publish_status(self) -> None:
         books = [self.books[mu] for mu in self.mus]
-        flown_ns = self.stamp_ns - self._first_ns
-        elapsed = flown_ns * NANOSECOND_S
+        elapsed = self._flown_ns * NANOSECOND_S
         wall = time.perf_counter() - self._launched_at
         message = SimStatus(
-            tick=flown_ns // self.control.period_ns,
+            tick=self._flown_ns // self.control.period_ns,
             finished=self.finished,
             fault=self.fault,
             real_time_factor=elapsed / wall if self.flying or self.finished else 0.0,
@@ -356,7 +360,7 @@ class SimNode(Node):
         self._timer.cancel()
         self._publish_status()
         self.get_logger().info(
-            f"mission over ({self.mission.phase.name.lower()}) at t = {self.stamp_ns * NANOSECOND_S:.2f} s"
+            f"mission over ({self.mission.phase.name.lower()}) at t = {self._flown_ns * NANOSECOND_S:.2f} s"
         )
 
 

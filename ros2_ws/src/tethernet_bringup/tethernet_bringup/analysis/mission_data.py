@@ -7,7 +7,6 @@ first message.
 
 from __future__ import annotations
 
-import dataclasses
 import math
 import re
 from array import array
@@ -29,7 +28,6 @@ from ..bag_writer import RUN_INFO_RECORD
 from .decoder import Decoder
 
 _MU_TOPIC = re.compile(r"/mu(\d+)/(odom|thrust|status)$")
-_SURELY_ANOTHER_CLOCK_NS = 3_600_000_000_000
 _PARAMETERS = "parameters"
 """Name of the fact that is a text of many lines: the run's parameters as YAML."""
 _DEFAULT_RADIUS_M, _DEFAULT_LENGTH_M = 1.95, 11.1
@@ -258,7 +256,6 @@ def load(bag: BagReader) -> MissionData:
     data.problems = list(bag.problems)
     facts = bag.metadata.get(RUN_INFO_RECORD, {})
     data.facts = {name: text if name == _PARAMETERS else shown(text) for name, text in facts.items()}
-    _date_early_phases(data.phases)
     for name in bag.topics:
         data.topics.setdefault(name, TopicCount(bag.topics[name].message_type.name))
     if not any(topic.times for topic in data.topics.values()):
@@ -267,14 +264,6 @@ def load(bag: BagReader) -> MissionData:
         named = ", ".join(sorted(data.topics)[:8])
         raise NotABagError(f"{bag.files[0]} holds no mission: none of its topics is one of ours; it has {named}")
     return data
-
-
-def _date_early_phases(phases: list[PhaseChange]) -> None:
-    """Phases from before the mission knew the time are stamped 0: date them by what followed."""
-    for index in range(len(phases) - 2, -1, -1):
-        following = phases[index + 1].time_ns
-        if phases[index].time_ns == 0 and following > _SURELY_ANOTHER_CLOCK_NS:
-            phases[index] = dataclasses.replace(phases[index], time_ns=following)
 
 
 class _Reader:
@@ -303,7 +292,9 @@ class _Reader:
                 return
             taker = self._takers[message.topic] = self._mu_taker(int(found[1]), found[2])
         try:
-            taker(self._decode(self._bag.topics[message.topic].message_type, message.data))
+            decoded = self._decode(self._bag.topics[message.topic].message_type, message.data)
+            _date(decoded.header.stamp, message.log_time)
+            taker(decoded)
             self.used += 1
         except (ValueError, AttributeError):  # damaged, or a topic of ours with another type
             data.undecodable[message.topic] = data.undecodable.get(message.topic, 0) + 1
@@ -371,6 +362,12 @@ class _Reader:
 
 def _nanoseconds(stamp) -> int:
     return stamp.sec * 1_000_000_000 + stamp.nanosec
+
+
+def _date(stamp, time_ns: int) -> None:
+    """Set a stamp that nobody has set: the message was sent before its node knew the time, and the bag knows when."""
+    if not _nanoseconds(stamp):
+        stamp.sec, stamp.nanosec = divmod(time_ns, 1_000_000_000)
 
 
 def _stamp(message) -> int:
