@@ -205,8 +205,7 @@ class Supervisor:
 
     def clean(self) -> None:
         """Remove the shared memory that killed nodes left; again whenever this process has talked to them since."""
-        killed = any(ended.code < 0 for ended in self._exits.values())
-        shared_memory.clean(self._segments | (shared_memory.made_since(self._began_s) if killed else set()))
+        shared_memory.clean(self._segments | shared_memory.made_since(self._began_s))
 
     def stop(self, hurry: bool = True) -> list[Exit]:
         """End all processes: SIGINT, then SIGTERM, then SIGKILL; those marked ``last`` after the others.
