@@ -27,6 +27,7 @@ from .kinds import CATALOGUE, Kind
 
 SEGMENT = re.compile(r"fastrtps_(?!port7[0-3]\d\d)")
 """Shared memory of Fast DDS, but for the ports that belong to no domain: whoever comes next takes them over."""
+LAUNCHED = "launch: the MUs"
 NODE = re.compile(r"__node:=(\w+)")
 FLIGHT_S = {"lockstep": 40.0, "realtime": 75.0}
 """What a mission without a fault may take on a busy machine, from start to end [s] of wall time."""
@@ -134,7 +135,7 @@ class Run:
     def _read(self) -> None:
         for line in io.TextIOWrapper(self.command.stdout, errors="replace"):
             self.lines.append(line.rstrip("\n"))
-            if "launch:" in line:
+            if LAUNCHED in line:
                 self._launched.set()
 
     def _await_moment(self) -> bool:
@@ -173,7 +174,7 @@ class Run:
         if "Traceback" in printed:
             self.broken.append("a traceback was printed")
         folder = next((path for path in sorted(self.output.glob("*/")) if (path / "logs").is_dir()), None)
-        launched = "launch:" in printed
+        launched = LAUNCHED in printed
         if folder is None:
             if kind.outcome and status not in (2, 130, 143):
                 self.broken.append("there is no run folder")
