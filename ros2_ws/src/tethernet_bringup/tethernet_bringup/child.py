@@ -9,6 +9,11 @@ a node behind, nor the mission's shared memory, see :mod:`tethernet_bringup.swee
 
 from __future__ import annotations
 
+if __name__ == "__main__":
+    from tethernet_control.quiet_start import quiet_start
+
+    quiet_start()
+
 import os
 import runpy
 import signal

@@ -65,7 +65,8 @@ def clean(names: Iterable[str]) -> list[str]:
     Returns:
         The names of the segments removed.
     """
-    left = {name for name in names if (FOLDER / name).exists()}
+    # A node's goodbye to one that was killed may make a lock's file anew, and nothing else.
+    left = {name for name in names if any(path.exists() for path in _files(name))}
     if not left:
         return []
     # This process may still map what belonged to the dead; what it owns itself is locked.
@@ -73,12 +74,16 @@ def clean(names: Iterable[str]) -> list[str]:
     left -= held_by(others)
     removed = sorted(name for name in left if not _locked(name))
     for name in removed:
-        for file in (name, f"{name}_el", f"{name}_sl", f"sem.{name}_mutex"):
+        for path in _files(name):
             try:
-                (FOLDER / file).unlink(missing_ok=True)
+                path.unlink(missing_ok=True)
             except OSError:  # another user's
                 continue
     return removed
+
+
+def _files(name: str) -> list[Path]:
+    return [FOLDER / file for file in (name, f"{name}_el", f"{name}_sl", f"sem.{name}_mutex")]
 
 
 def _locked(name: str) -> bool:
