@@ -160,10 +160,11 @@ class Run:
                 self.broken.append(f"processes left behind: {sorted(left.values())}")
                 return
             time.sleep(0.1)
-        if not self.beside:
-            found = sorted(path.name for path in Path("/dev/shm").iterdir() if SEGMENT.search(path.name))
-            if found:
+        while not self.beside and (found := segments()):
+            if time.monotonic() > deadline:
                 self.broken.append(f"{len(found)} files left in /dev/shm: {found[:4]}")
+                return
+            time.sleep(0.1)
 
     def _check(self, status: int | None) -> None:
         kind = self.kind
@@ -230,6 +231,11 @@ class Run:
                 return
         if status != 0:
             self.broken.append(f"the bag cannot be analysed: {output.getvalue()[-500:]}")
+
+
+def segments() -> list[str]:
+    """Shared memory of Fast DDS that is there."""
+    return sorted(path.name for path in Path("/dev/shm").iterdir() if SEGMENT.search(path.name))
 
 
 def processes() -> dict[int, str]:
