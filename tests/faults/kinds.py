@@ -44,6 +44,8 @@ class Kind:
     """Whether outcome.json must be there."""
     bag: bool = True
     """Whether the bag must be whole or salvageable."""
+    memory: bool = True
+    """Whether no shared memory may be left: not where making it fails half way."""
     deaths: bool = False
     """Whether a node may die: where it is killed."""
     paces: tuple[str, ...] = ("lockstep",) * 7 + ("realtime",)
@@ -262,7 +264,7 @@ CATALOGUE = (
     Kind("bag replaced", _bag_file(_replace), allowed=FAILED, bag=False),
     Kind("run folder removed", _remove_run, allowed=FAILED, outcome=False, bag=False),
     Kind("full disk", prepare=_small_disk, allowed=ANY_END, outcome=False, deaths=True),
-    Kind("file size limit", prepare=_file_size_limit, allowed=ANY_END, outcome=False, deaths=True),
+    Kind("file size limit", prepare=_file_size_limit, allowed=ANY_END, outcome=False, memory=False, deaths=True),
     Kind("few file handles", prepare=_few_handles, allowed=ANY_END, outcome=False, bag=False, deaths=True),
     Kind("little shared memory", prepare=_no_shared_memory, allowed=ANY_END, deaths=True),
     # Environment

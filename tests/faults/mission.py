@@ -160,7 +160,7 @@ class Run:
                 self.broken.append(f"processes left behind: {sorted(left.values())}")
                 return
             time.sleep(0.1)
-        while not self.beside and (found := segments()):
+        while self.kind.memory and not self.beside and (found := segments()):
             if time.monotonic() > deadline:
                 self.broken.append(f"{len(found)} files left in /dev/shm: {found[:4]}")
                 return
