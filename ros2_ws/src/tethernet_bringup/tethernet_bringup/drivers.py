@@ -34,7 +34,7 @@ class DriverWatch:
         waiting: whether the mission's clock waits for the launch, as a simulator's does: then one sample says all.
         clock: wall time [s].
         """
-        self._control, self._waiting, self._clock = control, waiting, clock
+        self._control, self._waiting, self._wall_clock = control, waiting, clock
         length = 1 if waiting else round(_JUDGED_S / control.control_period_s)
         self.mus = tuple(mus)
         self._samples: dict[int, deque[Sample]] = {mu: deque(maxlen=length) for mu in self.mus}
@@ -62,7 +62,7 @@ class DriverWatch:
             if why or len(samples) < self._enough:
                 found[mu] = why
             if why:
-                self._bad_since.setdefault(mu, self._clock())
+                self._bad_since.setdefault(mu, self._wall_clock())
             else:
                 self._bad_since.pop(mu, None)
         return found
@@ -70,7 +70,7 @@ class DriverWatch:
     def bad_for_s(self, mu: int) -> float:
         """How long this MU has been kept on the ground by what its driver says, without a break [s]."""
         since = self._bad_since.get(mu)
-        return 0.0 if since is None else self._clock() - since
+        return 0.0 if since is None else self._wall_clock() - since
 
     def changes(self, now_ns: int) -> list[tuple[int, bool]]:
         """MUs that have fallen silent in flight since the last look (true), or are heard again (false).

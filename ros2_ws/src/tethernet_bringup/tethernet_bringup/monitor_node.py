@@ -204,7 +204,7 @@ class ConnectionCheck:
         services: of each node, to ask it.
         """
         self._audiences = audiences
-        self._services = services
+        self._askers = services
         self._asked: set[str] = set()
         self.missing = {node: list(topics) for node, topics in audiences.items()}
         """Topics that lack subscribers, by node."""
@@ -214,7 +214,7 @@ class ConnectionCheck:
     def update(self) -> bool:
         """Look at the answers, ask again where somebody is missing; true when nobody is."""
         for node in set(self.missing) - self._asked:
-            service = self._services[node]
+            service = self._askers[node]
             if service.ready():
                 self._asked.add(node)
                 service.ask(Trigger.Request(), read_connections, functools.partial(self._take, node))
