@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import functools
-import signal
 import time
 from collections.abc import Callable, Iterable, Mapping
 
@@ -14,13 +13,14 @@ from rclpy.signals import SignalHandlerOptions
 from rclpy.task import Future
 from std_srvs.srv import Trigger
 
+from tethernet_control.deadline import Deadline
 from tethernet_control.mission import Phase
 from tethernet_control.ros import checks, qos, topics
 from tethernet_control.ros.checks import MissionNews
 from tethernet_control.ros.connections import Connections, read_connections, service_name
 from tethernet_control.ros.door import Asker, Door
 from tethernet_control.ros.driver_sample import CLOCK, DRIVER_ODOMETRY, driver_sample
-from tethernet_control.ros.executor import bound_the_end, make_executor
+from tethernet_control.ros.executor import LEAVE_S, make_executor
 from tethernet_control.ros.well_formed import MessageError
 from tethernet_control.settings import ControlParameters
 from tethernet_msgs.msg import CaptureAssessment, MuStatus, SimStatus
@@ -63,12 +63,11 @@ class Monitor:
         Args:
             status: its exit status then.
         """
-        bound_the_end(status)
-        self._executor.remove_node(self._node)
-        self._executor.shutdown()
-        self._node.destroy_node()
-        rclpy.try_shutdown()
-        signal.setitimer(signal.ITIMER_REAL, 0.0)  # it did not
+        with Deadline(LEAVE_S, status):
+            self._executor.remove_node(self._node)
+            self._executor.shutdown()
+            self._node.destroy_node()
+            rclpy.try_shutdown()
 
     @property
     def dropped(self) -> dict[str, str]:

@@ -9,7 +9,6 @@ every callback. The MultiThreadedExecutor is never used: it loses replies.
 
 from __future__ import annotations
 
-import ctypes
 import gc
 import os
 import signal
@@ -33,7 +32,7 @@ EXECUTOR_VARIABLE = "TETHERNET_EXECUTOR"
 STOPPED, FAULT, USAGE = 0, 1, 2
 """Exit statuses: stopped on request (signal), stopped by a fault, started with bad parameters or arguments."""
 
-_LEAVE_S = 5.0
+LEAVE_S = 5.0
 _SPIN_S = 1.0  # [s] the EventsExecutor only fires when spun with a time limit
 
 _initialised = _stop_asked = False
@@ -124,31 +123,16 @@ def run(make_node: Callable[[], Node], args: list[str] | None = None) -> int:
     return STOPPED
 
 
-def bound_the_end(status: int | None = None) -> None:
-    """Let this process live for 5 s more at most: called when only the middleware has something left to do.
-
-    Args:
-        status: exit status that the process then ends with; None: it ends by SIGALRM, which its parent sees.
+def bound_the_end() -> None:
+    """Let this process live for 5 s more at most, then end it by SIGALRM, which its parent sees: called when only the
+    middleware has something left to do.
 
     Fast DDS 2.14 hangs now and then when many participants leave together: the thread that destroys the participant
     waits for a callback, which waits for a lock that this thread takes again and again, or as told in
     :mod:`tethernet_bringup.dds_profile`. rclpy holds the interpreter's lock meanwhile, so nothing in Python can end it.
     """
     signal.signal(signal.SIGALRM, signal.SIG_DFL)
-    if status is not None:
-        _exit_on_alarm(status)
-    signal.setitimer(signal.ITIMER_REAL, _LEAVE_S)
-
-
-def _exit_on_alarm(status: int) -> None:
-    """Make SIGALRM end this process with an exit status, without Python: its lock is never free again in a hang.
-
-    C's exit() is the handler, and the first thing that exit() now does is _exit(status).
-    """
-    libc = ctypes.CDLL(None)
-    end = ctypes.cast(libc._exit, ctypes.c_void_p)
-    if libc.__cxa_atexit(end, ctypes.c_void_p(status), None) == 0:
-        libc.signal(signal.SIGALRM, libc.exit)
+    signal.setitimer(signal.ITIMER_REAL, LEAVE_S)
 
 
 def _on_signal(_number, _frame) -> None:
