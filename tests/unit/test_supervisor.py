@@ -352,3 +352,15 @@ def test_a_lock_without_its_segment_is_swept_too(tmp_path, monkeypatch):
     (tmp_path / "fastrtps_port7415_el").touch()
     assert shared_memory.clean(["fastrtps_port7415"]) == ["fastrtps_port7415"]
     assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_a_node_that_is_stopped_while_python_starts_says_nothing(crew, number):
+    for index in range(8):  # at moments from the very first on
+        name = f"node{index}"
+        crew.start(NodeProcess(name, "polite", arguments=("/dev/null",)))
+        time.sleep(0.01 * index)
+        os.kill(crew.pids[name], number)
+    assert signal.pthread_sigmask(signal.SIG_BLOCK, ()) == set(), "the supervisor itself holds nothing back"
+    until(lambda: crew.deaths() == [] and not crew.pids, "not all have ended")
+    assert {crew.tail(f"node{index}") for index in range(8)} <= {(), ("ready",), ("ready", "closing")}

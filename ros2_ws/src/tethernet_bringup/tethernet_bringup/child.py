@@ -10,9 +10,10 @@ a node behind, nor the mission's shared memory, see :mod:`tethernet_bringup.swee
 from __future__ import annotations
 
 if __name__ == "__main__":
-    from tethernet_control.quiet_start import quiet_start
+    from tethernet_control.quiet_start import quiet_start, unblock_signals
 
     quiet_start()
+    unblock_signals()
 
 import os
 import runpy

@@ -23,6 +23,8 @@ from . import shared_memory
 from .supervisor_settings import SupervisorParameters
 
 TAIL_LINES = 15
+HELD_BACK = (signal.SIGINT, signal.SIGTERM)
+"""Signals that a node takes from the moment on that it can, see :mod:`tethernet_bringup.child`."""
 _POLL_S = 0.01
 _KILL_PATIENCE_S = 0.2
 _NO_HURRY = 3.0  # times the patience where nobody waits for the end
@@ -162,11 +164,16 @@ class Supervisor:
         """
         # -P: a file in the user's working folder must not take the place of a library.
         command = [sys.executable, "-P", "-m", "tethernet_bringup.child", node.module, *node.arguments]
-        with self._log_path(node.name).open("wb") as log:
-            process = subprocess.Popen(
-                command, stdin=self._read_end, stdout=log, stderr=subprocess.STDOUT,
-                env=self._environment, start_new_session=True,
-            )  # fmt: skip
+        # Signals wait until the process has somebody to take them: an interpreter that starts has only a traceback.
+        before = signal.pthread_sigmask(signal.SIG_BLOCK, HELD_BACK)
+        try:
+            with self._log_path(node.name).open("wb") as log:
+                process = subprocess.Popen(
+                    command, stdin=self._read_end, stdout=log, stderr=subprocess.STDOUT,
+                    env=self._environment, start_new_session=True,
+                )  # fmt: skip
+        finally:
+            signal.pthread_sigmask(signal.SIG_SETMASK, before)
         self._processes[node.name] = (node, process)
 
     def start_all(self, nodes: Iterable[NodeProcess]) -> None:
