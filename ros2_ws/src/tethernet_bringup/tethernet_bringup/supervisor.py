@@ -207,8 +207,10 @@ class Supervisor:
         return sum(_proportional_set_size(pid) for pid in (os.getpid(), *self.pids.values())) / 1e6
 
     def note_shared_memory(self) -> None:
-        """Remember which shared-memory segments the living nodes hold, to clean up after those that get killed."""
-        self._segments |= shared_memory.held_by(self.pids.values())
+        """Remember which shared-memory segments the living nodes and this process hold, to clean up after those that
+        get killed; what this process owns stays until it lets go of it.
+        """
+        self._segments |= shared_memory.held_by((os.getpid(), *self.pids.values()))
 
     def clean(self) -> None:
         """Remove the shared memory that killed nodes left; again whenever this process has talked to them since."""
