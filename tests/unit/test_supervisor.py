@@ -350,6 +350,7 @@ def test_segments_that_nobody_noted_are_known_by_their_age(tmp_path, monkeypatch
 def test_a_lock_without_its_segment_is_swept_too(tmp_path, monkeypatch):
     monkeypatch.setattr(shared_memory, "FOLDER", tmp_path)
     (tmp_path / "fastrtps_port7415_el").touch()
+    assert shared_memory.abandoned_locks() == {"fastrtps_port7415"}
     assert shared_memory.clean(["fastrtps_port7415"]) == ["fastrtps_port7415"]
     assert not list(tmp_path.iterdir())
 

@@ -56,6 +56,20 @@ def made_since(time_s: float) -> set[str]:
     return found
 
 
+def abandoned_locks() -> set[str]:
+    """Names of this user's domain ports of which only a lock is there, as a goodbye to a dead process makes it."""
+    found = set()
+    for path in FOLDER.glob("fastrtps_port*_el"):
+        name = _NAME.search(f"/{path.name.removesuffix('_el')}")
+        if name and name[2] is not None and int(name[2]) >= _FIRST_DOMAIN_PORT and not (FOLDER / name[1]).exists():
+            try:
+                if path.stat().st_uid == os.getuid():
+                    found.add(name[1])
+            except OSError:  # gone meanwhile
+                continue
+    return found
+
+
 def clean(names: Iterable[str]) -> list[str]:
     """Remove those segments that nobody holds any more, with their lock and semaphore files.
 

@@ -56,7 +56,7 @@ def main() -> None:
         names |= shared_memory.held_by(family)
         time.sleep(_POLL_S)
     time.sleep(shared_memory.YOUNG_S)  # what was made last has to be old enough
-    shared_memory.clean(names | shared_memory.made_since(began_s))
+    shared_memory.clean(names | shared_memory.made_since(began_s) | shared_memory.abandoned_locks())
 
 
 def _family(pipe: str) -> list[int]:
