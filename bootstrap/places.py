@@ -7,7 +7,10 @@ from dataclasses import dataclass
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
-PYTHON_PACKAGES = ("tethernet_control", "tethernet_sim", "tethernet_planner", "tethernet_bringup")
+PYTHON_PACKAGES = (
+    "tethernet_core", "tethernet_ros", "tethernet_control", "tethernet_planner", "tethernet_sim", "tethernet_learning",
+    "tethernet_bringup",
+)  # fmt: skip
 MESSAGE_PACKAGES = ("tethernet_msgs", "tf2_msgs")
 
 

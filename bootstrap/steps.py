@@ -202,7 +202,7 @@ def _rewrite_cmake_paths(places: Places) -> None:
 
 def _kernel_files(places: Places) -> list[Path]:
     """The modules that may hold kernels, as the environment's Python finds them."""
-    packages = ("tethernet_control", "tethernet_sim")
+    packages = ("tethernet_core", "tethernet_control", "tethernet_planner", "tethernet_sim")
     folders = [places.sources / package / package for package in packages]
     if places.on_system_python:
         specs = [importlib.util.find_spec(package) for package in packages]

@@ -1,0 +1,1 @@
+"""System descriptions, shapes, frames, parameters, mission rules, capture quality."""

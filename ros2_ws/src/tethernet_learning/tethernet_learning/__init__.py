@@ -1,0 +1,1 @@
+"""Campaigns, data sets, training and evaluation of models: everything that is offline."""

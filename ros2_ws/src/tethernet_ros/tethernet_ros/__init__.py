@@ -1,0 +1,1 @@
+"""What all nodes share: checked subscriptions, quality of service, executor, parameters."""
