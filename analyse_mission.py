@@ -13,7 +13,7 @@ if __name__ == "__main__":
     from bootstrap.launch import launch
 
     launch(
-        "tethernet_bringup.analysis.cli",
+        "tethernet_bringup.analysis.command_line",
         "analysis",
         "tethernet_bringup/tethernet_bringup/analysis/arguments.py",
         sys.argv[1:],

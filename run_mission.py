@@ -12,4 +12,9 @@ if __name__ == "__main__":
     require_allowed(sys.argv)
     from bootstrap.launch import launch
 
-    launch("tethernet_bringup.cli", "mission", "tethernet_bringup/tethernet_bringup/arguments.py", sys.argv[1:])
+    launch(
+        "tethernet_bringup.mission.command_line",
+        "mission",
+        "tethernet_bringup/tethernet_bringup/mission/arguments.py",
+        sys.argv[1:],
+    )

@@ -7,7 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tethernet_control.layout import nominal_aiming_points
+from tethernet_control.law import law_numbers
+from tethernet_core.layout import nominal_aiming_points
 from tethernet_sim.fly import Settings
 from tethernet_sim.kernels import control as control_kernels
 from tethernet_sim.world import World
@@ -68,8 +69,9 @@ def fly_engine(mu_count: int = 8, duration_s: float = DURATION_S, time_step_s: f
     mu_pos, net_center, cpu_s, contacts = [], [], 0.0, 0
     for tick in range(round(duration_s / control.control_period_s)):
         control_kernels.command(
-            control.law(), alone, world.state.mu_pos, world.state.mu_vel, tick * control.control_period_s, never, one,
-            control.control_period_s, on, start, aim, aim, state, covariance, integral, carry, thrust, largest_error,
+            law_numbers(control), alone, world.state.mu_pos, world.state.mu_vel, tick * control.control_period_s, never,
+            one, control.control_period_s, on, start, aim, aim, state, covariance, integral, carry, thrust,
+            largest_error,
         )  # fmt: skip
         began = time.process_time()
         world.advance(thrust)

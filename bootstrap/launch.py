@@ -19,7 +19,7 @@ from .report import Report
 from .steps import PROFILES, ROS_PROFILES
 
 FAULT = 1
-QUIET_START = "tethernet_control/tethernet_control/quiet_start.py"
+QUIET_START = "tethernet_core/tethernet_core/quiet_start.py"
 """Below ros2_ws/src; needs nothing but the standard library."""
 
 
@@ -36,7 +36,7 @@ def launch(module: str, profile: str, arguments_file: str, argv: Sequence[str]) 
     """
     _load(QUIET_START).open_standard_streams()
     python, environment = prepare((profile,), lambda: _parse_early(arguments_file, argv))
-    # The module takes these as soon as it can (tethernet_control.command); until then they wait.
+    # The module takes these as soon as it can (tethernet_core.command); until then they wait.
     signal.pthread_sigmask(signal.SIG_BLOCK, (signal.SIGINT, signal.SIGTERM, signal.SIGHUP))
     # -P: a file in the user's working folder must not take the place of a library.
     run_in([python, "-P", "-m", module, *argv], environment)

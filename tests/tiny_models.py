@@ -6,9 +6,9 @@ from pathlib import Path
 
 import numpy as np
 
-from tethernet_planner.learning.net_features import feature_count
-from tethernet_planner.learning.policy_file import constant_policy
-from tethernet_planner.learning.surrogate_file import PredictionErrors, Surrogate, log_fuel
+from tethernet_planner.inference.net_features import feature_count
+from tethernet_planner.inference.policy_file import constant_policy
+from tethernet_planner.inference.surrogate_file import PredictionErrors, Surrogate, log_fuel
 
 
 def policy(path: Path, mus: int, dx: float = 0.5, dy: float = -0.3) -> Path:

@@ -15,12 +15,12 @@ from pathlib import Path
 import numpy as np
 from rclpy.serialization import serialize_message
 
-from tethernet_bringup.bag_metadata import BagTopic, as_texts, qos_profiles
-from tethernet_bringup.bag_writer import BagWriter
-from tethernet_bringup.message_definitions import installed_type
-from tethernet_bringup.recorded_topics import mission_topics
-from tethernet_bringup.timeline import StampReader
-from tethernet_control.layout import design, nominal_aiming_points
+from tethernet_bringup.bags.message_definitions import installed_type
+from tethernet_bringup.bags.metadata import BagTopic, as_texts, qos_profiles
+from tethernet_bringup.bags.writer import BagWriter
+from tethernet_bringup.recorder.recorded_topics import mission_topics
+from tethernet_bringup.recorder.timeline import StampReader
+from tethernet_core.layout import design, nominal_aiming_points
 from tethernet_msgs.msg import CaptureAssessment, MissionState, MuStatus
 
 PERIOD_NS = 50_000_000

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from .mission import Run
 
 CAPTURED, FAULT, USAGE, MISSED, INTERRUPTED, TERMINATED = 0, 1, 2, 3, 130, 143
+MISSION_COMMAND = "tethernet_bringup.mission.command_line"
 FLOWN = frozenset({CAPTURED, MISSED})
 ANY_END = FLOWN | {FAULT}
 FAILED = frozenset({FAULT})
@@ -208,7 +209,10 @@ def _second_mission(run: Run, generator: random.Random) -> None:
     with open(run.output / "second.log", "wb") as log:
         run.beside.append(
             subprocess.Popen(
-                [sys.executable, "-m", "tethernet_bringup.cli", *words], stdout=log, stderr=log, env=run.environment
+                [sys.executable, "-m", MISSION_COMMAND, *words],
+                stdout=log,
+                stderr=log,
+                env=run.environment,
             )
         )
 

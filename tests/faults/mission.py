@@ -23,7 +23,7 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 
-from .kinds import CATALOGUE, Kind
+from .kinds import CATALOGUE, MISSION_COMMAND, Kind
 
 SEGMENT = re.compile(r"fastrtps_(?!port7[0-3]\d\d)")
 """Shared memory of Fast DDS, but for the ports that belong to no domain: whoever comes next takes them over."""
@@ -122,7 +122,14 @@ class Run:
         }  # fmt: skip
 
     def _start(self) -> None:
-        mission = [sys.executable, "-m", "tethernet_bringup.cli", "--output", str(self.output), *self.words]
+        mission = [
+            sys.executable,
+            "-m",
+            MISSION_COMMAND,
+            "--output",
+            str(self.output),
+            *self.words,
+        ]
         shell = ["bash", "-c", "; ".join([*self.before, 'exec "$@"']), "bash"]
         self.command = subprocess.Popen(
             [*shell, *mission], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, env=self.environment
@@ -220,7 +227,7 @@ class Run:
             self.broken.append("exit status 1 without a fault in outcome.json")
 
     def _check_bag(self, folder: Path) -> None:
-        from tethernet_bringup.analysis import cli
+        from tethernet_bringup.analysis import command_line as cli
 
         output = io.StringIO()
         with contextlib.redirect_stdout(output), contextlib.redirect_stderr(output):

@@ -17,9 +17,9 @@ from rosgraph_msgs.msg import Clock
 from std_msgs.msg import Header, String
 from std_srvs.srv import Trigger
 
-from tethernet_control.ros import qos, topics
 from tethernet_msgs.msg import CaptureAssessment, MissionState, MuStatus, NetState, SimStatus
 from tethernet_msgs.srv import PlanAimingPoints
+from tethernet_ros import qos, topics
 
 from . import hostile
 

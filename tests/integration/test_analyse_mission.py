@@ -13,14 +13,14 @@ import pytest
 from tests import toy_mission
 from tethernet_bringup.analysis import pictures, snapshots
 from tethernet_bringup.analysis.arguments import parse
-from tethernet_bringup.analysis.cli import default_output, main
-from tethernet_bringup.analysis.evaluation import net_distance, report, tracking_error
+from tethernet_bringup.analysis.command_line import default_output, main
+from tethernet_bringup.analysis.metrics import net_distance, report, tracking_error
 from tethernet_bringup.analysis.mission_data import load
 from tethernet_bringup.analysis.punctuality import ClosingStart, closing_start, delay_text, late_decisions
-from tethernet_bringup.bag_metadata import BagTopic, qos_profiles
-from tethernet_bringup.bag_reader import open_bag
-from tethernet_bringup.bag_writer import BagWriter
-from tethernet_bringup.message_definitions import installed_type
+from tethernet_bringup.bags.message_definitions import installed_type
+from tethernet_bringup.bags.metadata import BagTopic, qos_profiles
+from tethernet_bringup.bags.reader import open_bag
+from tethernet_bringup.bags.writer import BagWriter
 
 PICTURES = {"tracking.png", "thrust.png", "fuel.png", "capture.png", "snapshots.png", "overview.png"}
 MU_TOPICS = [f"/mu{mu}/{what}" for mu in range(1, 9) for what in ("odom", "thrust", "status")]
@@ -313,7 +313,7 @@ def test_the_default_output_is_in_the_runs_folder(tmp_path):
 def test_a_bag_in_a_folder_of_another_encoding_as_a_process(run, tmp_path):
     folder = tmp_path / os.fsdecode(b"caf\xe9\n") / "bag"
     shutil.copytree(run / "bag", folder)
-    command = [sys.executable, "-m", "tethernet_bringup.analysis.cli", str(folder.parent)]
+    command = [sys.executable, "-m", "tethernet_bringup.analysis.command_line", str(folder.parent)]
     for more in (["--no-plots", "--json"], ["--salvage"]):
         environment = os.environ | {"LC_ALL": "C"}
         done = subprocess.run([*command, *more], capture_output=True, text=True, check=False, env=environment)
@@ -333,7 +333,7 @@ def test_bad_usage_ends_with_2(words, capsys):
 def test_neither_ros_nor_the_simulator_is_loaded(run, tmp_path):
     """Whoever gets a bag by mail can look at it."""
     code = (
-        "import sys; from tethernet_bringup.analysis.cli import main; "
+        "import sys; from tethernet_bringup.analysis.command_line import main; "
         f"assert main([{str(run)!r}, '--output', {str(tmp_path)!r}]) == 0; "
         "loaded = {name.partition('.')[0] for name in sys.modules}; "
         "assert not loaded & {'rclpy', 'tethernet_sim', 'tethernet_msgs', 'nav_msgs', 'numba', 'scipy'}, loaded"
@@ -343,7 +343,7 @@ def test_neither_ros_nor_the_simulator_is_loaded(run, tmp_path):
 
 
 def test_help_as_a_process():
-    command = [sys.executable, "-m", "tethernet_bringup.analysis.cli", "--help"]
+    command = [sys.executable, "-m", "tethernet_bringup.analysis.command_line", "--help"]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     assert done.returncode == 0
     assert "exit status: 0 done" in done.stdout

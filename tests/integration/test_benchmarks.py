@@ -18,7 +18,7 @@ from tethernet_sim.fly import Settings
 from tethernet_sim.scenario import Scenario
 
 ROOT = Path(__file__).resolve().parents[2]
-MISSION_COMMAND = f"{sys.executable} -m tethernet_bringup.cli"
+MISSION_COMMAND = f"{sys.executable} -m tethernet_bringup.mission.command_line"
 TIMEOUT_S = 240.0
 
 

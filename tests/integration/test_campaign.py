@@ -8,9 +8,10 @@ import time
 
 import pytest
 
-from tethernet_planner.campaign import flight, tables
-from tethernet_planner.campaign.cases import outcome_columns
-from tethernet_planner.campaign.cli import main
+from tethernet_learning.campaigns import chunks as flight
+from tethernet_learning.campaigns import tables
+from tethernet_learning.campaigns.cases import outcome_columns
+from tethernet_learning.campaigns.cli import main
 from tethernet_sim.fly import fly_many
 
 SHORT = ["--set", "mission.trigger_distance_m=50", "mission.capture_duration_s=1", "mission.debris_far_m=45"]
@@ -24,7 +25,7 @@ def read(path):
 def test_a_killed_campaign_goes_on_to_the_same_file(tmp_path, capsys):
     whole, killed = tmp_path / "whole.parquet", tmp_path / "killed.parquet"
     assert main([*SIX, "--output", str(whole)]) == 0
-    command = [sys.executable, "-m", "tethernet_planner.campaign", *SIX, "--output", str(killed)]
+    command = [sys.executable, "-m", "tethernet_learning.campaigns", *SIX, "--output", str(killed)]
     process = subprocess.Popen(command, stderr=subprocess.PIPE, stdout=subprocess.DEVNULL, text=True)
     for line in process.stderr:
         if line.startswith("2 of 6 flown"):

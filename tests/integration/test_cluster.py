@@ -12,13 +12,14 @@ import time
 import psutil
 import pytest
 
-from tethernet_planner import workers
-from tethernet_planner.campaign import tables
-from tethernet_planner.campaign.cases import outcome_columns
-from tethernet_planner.campaign.cli import main as campaign
-from tethernet_planner.campaign.flight import fly_chunks
-from tethernet_planner.campaign.sources import random_positions
-from tethernet_planner.learning import evaluate_policies, make_data
+from tethernet_learning import workers
+from tethernet_learning.campaigns import tables
+from tethernet_learning.campaigns.cases import outcome_columns
+from tethernet_learning.campaigns.chunks import fly_chunks
+from tethernet_learning.campaigns.cli import main as campaign
+from tethernet_learning.campaigns.variations import random_positions
+from tethernet_learning.data import make_data
+from tethernet_learning.evaluation import evaluate_policies
 from tethernet_sim.fly import Settings
 
 SHORT = {"trigger_distance_m": 50.0, "capture_duration_s": 1.0}

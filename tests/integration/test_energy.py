@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from tests.physics import coast, flying_net
-from tethernet_control.parameters import load
+from tethernet_core.parameters import load
 from tethernet_sim.energy import Auditor, audit_mission
 from tethernet_sim.scenario import Scenario
 from tethernet_sim.settings import PhysicsParameters

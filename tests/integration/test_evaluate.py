@@ -5,13 +5,13 @@ import json
 import pytest
 
 from tests.physics import diverging
-from tethernet_control.parameters import load
-from tethernet_control.settings import MissionParameters
+from tethernet_core.parameters import load
+from tethernet_core.settings import MissionParameters
+from tethernet_learning.campaigns.cases import aim
+from tethernet_learning.campaigns.chunks import fly_cases
+from tethernet_learning.campaigns.fly_scenarios import main, records
+from tethernet_learning.campaigns.variations import random_positions
 from tethernet_planner import policies
-from tethernet_planner.campaign.cases import aim
-from tethernet_planner.campaign.flight import fly_cases
-from tethernet_planner.campaign.sources import random_positions
-from tethernet_planner.evaluate import main, records
 from tethernet_sim.fly import Settings
 
 RULES = load(MissionParameters)

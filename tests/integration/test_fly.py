@@ -8,12 +8,14 @@ import numpy as np
 import pytest
 
 from tests.physics import diverging
-from tethernet_control import closing, law
-from tethernet_control.closing import off_course, sight
+from tethernet_control import law
 from tethernet_control.controller import MuController
-from tethernet_control.layout import design
-from tethernet_control.mission import Mission, advance, arm, launch
-from tethernet_control.plan_ahead import PlanAhead
+from tethernet_core.layout import design
+from tethernet_core.mission import Mission, arm, launch
+from tethernet_planner import closing
+from tethernet_planner.closing import off_course, sight
+from tethernet_planner.mission_rules import advance
+from tethernet_planner.plan_ahead import PlanAhead
 from tethernet_sim.fly import Settings, fly, fly_many
 from tethernet_sim.scenario import Scenario
 from tethernet_sim.sensors import OdometryNoise

@@ -3,10 +3,12 @@
 import numpy as np
 import pytest
 
-from tethernet_planner import measured, policies, shipped_models
-from tethernet_planner.learning import evaluation
-from tethernet_planner.learning.comparison import compare
-from tethernet_planner.learning.paper_figures import PAPER
+from tethernet_learning import measured
+from tethernet_learning.evaluation import policy_scores as evaluation
+from tethernet_learning.evaluation.comparison import compare
+from tethernet_learning.evaluation.paper_figures import PAPER
+from tethernet_planner import policies
+from tethernet_planner.inference import shipped_models
 from tethernet_sim.fly import Settings
 
 FLOWN_AGAIN = 8

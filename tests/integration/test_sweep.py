@@ -2,9 +2,9 @@
 
 import pytest
 
-from tethernet_control.parameters import load
-from tethernet_control.settings import ControlParameters, MissionParameters
-from tethernet_planner.campaign import sweep
+from tethernet_core.parameters import load
+from tethernet_core.settings import ControlParameters, MissionParameters
+from tethernet_learning.campaigns import sweep
 from tethernet_sim.fly import Settings
 
 

@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from tethernet_control.parameters import load
-from tethernet_planner.learning.flown import Flown
-from tethernet_sim.capture_quality import QualityParameters
+from tethernet_core.capture_quality import QualityParameters
+from tethernet_core.parameters import load
+from tethernet_learning.flown import Flown
 
 
 class Pretended:

@@ -3,14 +3,14 @@
 import numpy as np
 import pytest
 
-from tethernet_planner.learning import sources
-from tethernet_planner.learning.reward import TERMS, Reward
+from tethernet_learning.policies import capture_sources as sources
+from tethernet_learning.policies.reward import TERMS, Reward
 from tethernet_sim.fly import Settings
 
 pytest.importorskip("stable_baselines3")
 from tests.learning.pretended import Pretended
-from tethernet_planner.learning.gym_env import AimingEnv
-from tethernet_planner.learning.vec_env import AimingVecEnv
+from tethernet_learning.policies.gym_env import AimingEnv
+from tethernet_learning.policies.vec_env import AimingVecEnv
 
 pytestmark = pytest.mark.learning
 

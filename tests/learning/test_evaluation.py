@@ -8,21 +8,20 @@ import statistics
 import pytest
 
 from tests import tiny_models
-from tethernet_planner import policies, shipped_models
-from tethernet_planner.campaign.cases import Case
-from tethernet_planner.campaign.flight import failed
-from tethernet_planner.campaign.report import read, table
-from tethernet_planner.learning import (
-    evaluate_policies,
-    evaluation,
-    evaluation_report,
-    measure_widths,
-    seeds,
-    ship,
-    task,
-)
-from tethernet_planner.learning.comparison import compare
-from tethernet_planner.learning.model_file import file_fingerprint
+from tethernet_learning import seeds
+from tethernet_learning.campaigns.cases import Case
+from tethernet_learning.campaigns.chunks import failed
+from tethernet_learning.campaigns.report import read, table
+from tethernet_learning.evaluation import evaluate_policies
+from tethernet_learning.evaluation import install_model as ship
+from tethernet_learning.evaluation import policy_scores as evaluation
+from tethernet_learning.evaluation import report as evaluation_report
+from tethernet_learning.evaluation.comparison import compare
+from tethernet_learning.policies import measure_widths
+from tethernet_learning.random_scenarios import random_scenarios
+from tethernet_planner import policies
+from tethernet_planner.inference import shipped_models
+from tethernet_planner.inference.model_file import file_fingerprint
 from tethernet_sim.fly import Settings
 from tethernet_sim.scenario import Outcome, Scenario
 
@@ -70,7 +69,7 @@ def test_both_fly_the_same_unseen_scenarios_with_the_same_noise(short):
     tiny_models.policy(shipped_models.place("policy", 8), 8)
     [flown] = evaluation.evaluate({8: ["nominal", "rl"]}, 3, 5, short)
     plain, aimed = ([case.scenario for case in flown.cases[name]] for name in ("nominal", "rl"))
-    assert plain == task.random_scenarios(8, seeds.Purpose.POLICY_EVALUATION, 5, 0, 3)
+    assert plain == random_scenarios(8, seeds.Purpose.POLICY_EVALUATION, 5, 0, 3)
     assert [(s.debris_position, s.seed) for s in plain] == [(s.debris_position, s.seed) for s in aimed]
     assert [s.aiming_offsets is None for s in plain + aimed] == [True] * 3 + [False] * 3
     assert flown.outcomes["nominal"] != flown.outcomes["rl"]

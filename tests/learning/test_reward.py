@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from tests.physics import diverging
-from tethernet_control.parameters import load
-from tethernet_planner.learning.flown import Flown, from_outcomes
-from tethernet_planner.learning.reward import TERMS, VARIANTS, Reward
-from tethernet_sim.capture_quality import QualityParameters, captured
+from tethernet_core.capture_quality import QualityParameters, captured
+from tethernet_core.parameters import load
+from tethernet_learning.flown import Flown, from_outcomes
+from tethernet_learning.policies.reward import TERMS, VARIANTS, Reward
 from tethernet_sim.fly import Settings, fly
 from tethernet_sim.scenario import Scenario
 

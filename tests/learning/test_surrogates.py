@@ -6,22 +6,18 @@ import json
 import numpy as np
 import pytest
 
-from tethernet_control.parameters import load
-from tethernet_planner.learning import (
-    data_set,
-    make_data,
-    measure_repeatability,
-    networks,
-    sources,
-    surrogate_training,
-)
-from tethernet_planner.learning.data_set import Captures
-from tethernet_planner.learning.model_file import ModelFileError, write
-from tethernet_planner.learning.net_features import feature_count
-from tethernet_planner.learning.surrogate_file import NOISES, Surrogate, log_fuel
-from tethernet_planner.learning.surrogate_scores import scores, with_errors
-from tethernet_planner.learning.trigger import fly_and_look
-from tethernet_sim.capture_quality import QualityParameters
+from tethernet_core.capture_quality import QualityParameters
+from tethernet_core.parameters import load
+from tethernet_learning.data import data_set, make_data, measure_repeatability
+from tethernet_learning.data.data_set import Captures
+from tethernet_learning.data.trigger import fly_and_look
+from tethernet_learning.policies import capture_sources as sources
+from tethernet_learning.surrogates import surrogate_training
+from tethernet_learning.surrogates.surrogate_scores import scores, with_errors
+from tethernet_planner.inference import networks
+from tethernet_planner.inference.model_file import ModelFileError, write
+from tethernet_planner.inference.net_features import feature_count
+from tethernet_planner.inference.surrogate_file import NOISES, Surrogate, log_fuel
 from tethernet_sim.fly import Settings
 
 pytestmark = pytest.mark.learning
@@ -62,7 +58,7 @@ def test_the_sequence_goes_once_round_the_mouth(mus):
 def test_what_is_saved_predicts_what_was_trained(name, materials, tmp_path):
     pytest.importorskip("torch")
     pytest.importorskip("sklearn")
-    from tethernet_planner.learning.train_surrogate import train_one
+    from tethernet_learning.surrogates.train_surrogate import train_one
 
     overrides = {"epochs": 12, "trees": 30}
     test = invented(4, 60, 1)
@@ -124,7 +120,7 @@ def test_members_predict_together():
 
 def test_numpy_and_torch_agree(materials):
     torch = pytest.importorskip("torch")
-    from tethernet_planner.learning.train_networks import _Dense, _Recurrent
+    from tethernet_learning.surrogates.train_networks import _Dense, _Recurrent
 
     torch.manual_seed(0)
     rows = materials[0].held_inputs
@@ -140,7 +136,7 @@ def test_numpy_and_torch_agree(materials):
 
 def test_exported_trees_predict_what_scikit_learn_does():
     sklearn = pytest.importorskip("sklearn.ensemble")
-    from tethernet_planner.learning.train_trees import _Tree
+    from tethernet_learning.surrogates.train_trees import _Tree
 
     random = np.random.default_rng(0)
     rows = random.normal(size=(200, 6)).astype(np.float32)

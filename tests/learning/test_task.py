@@ -3,15 +3,17 @@
 import numpy as np
 import pytest
 
-from tethernet_control.layout import design
-from tethernet_planner.learning import make_data, net_features, spread, symmetry, task
-from tethernet_planner.learning.seeds import Purpose, sequence
+from tethernet_core.layout import design
+from tethernet_learning.data import make_data, spread
+from tethernet_learning.random_scenarios import random_scenarios
+from tethernet_learning.seeds import Purpose, sequence
+from tethernet_planner.inference import net_features, symmetry, task
 from tethernet_sim.model import CENTRAL_KNOT
 
 
 def test_no_scenario_of_a_test_is_ever_trained_on():
     def flown(purpose, count):
-        return {(s.debris_position, s.seed) for s in task.random_scenarios(8, purpose, 0, 0, count)}
+        return {(s.debris_position, s.seed) for s in random_scenarios(8, purpose, 0, 0, count)}
 
     trained = flown(Purpose.POLICY_TRAINING, 2000) | flown(Purpose.SURROGATE_TRAINING, 2000)
     trained |= flown(Purpose.OFFSET_OPTIMISATION, 2000)
@@ -26,8 +28,8 @@ def test_streams_are_apart_whatever_the_seed_and_number():
 
 
 def test_a_longer_list_goes_on_where_the_shorter_one_ends():
-    whole = task.random_scenarios(4, Purpose.POLICY_TRAINING, 7, 0, 6)
-    assert task.random_scenarios(4, Purpose.POLICY_TRAINING, 7, 2, 4) == whole[2:]
+    whole = random_scenarios(4, Purpose.POLICY_TRAINING, 7, 0, 6)
+    assert random_scenarios(4, Purpose.POLICY_TRAINING, 7, 2, 4) == whole[2:]
     whole = make_data.scenarios(4, "train", 7, 0, 6)
     assert make_data.scenarios(4, "train", 7, 2, 4) == whole[2:]
 

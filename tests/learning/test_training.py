@@ -14,17 +14,12 @@ pytest.importorskip("stable_baselines3")
 
 import tethernet_planner
 from tests.learning.pretended import Pretended
-from tethernet_planner.learning import (
-    history,
-    model_file,
-    offset_search,
-    optimise_offsets,
-    run_folder,
-    train_policy,
-)
-from tethernet_planner.learning.policy_file import AimingPolicy, OutsideTrainingError, constant_policy
-from tethernet_planner.learning.ppo import PpoSettings
-from tethernet_planner.learning.reward import Reward
+from tethernet_learning import run_folder
+from tethernet_learning.policies import history, offset_search, optimise_offsets, train_policy
+from tethernet_learning.policies.ppo import PpoSettings
+from tethernet_learning.policies.reward import Reward
+from tethernet_planner.inference import model_file
+from tethernet_planner.inference.policy_file import AimingPolicy, OutsideTrainingError, constant_policy
 
 pytestmark = pytest.mark.learning
 

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from tests.ros.graph import Probe, Processes
-from tethernet_bringup.dds_profile import use_profile
+from tethernet_bringup.mission.dds_profile import use_profile
 
 
 @pytest.fixture(autouse=True)

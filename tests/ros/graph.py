@@ -17,7 +17,7 @@ from rclpy.executors import SingleThreadedExecutor
 from rclpy.qos import QoSProfile
 from std_srvs.srv import Trigger
 
-from tethernet_control.ros.connections import Connections, read_connections, service_name
+from tethernet_ros.connections import Connections, read_connections, service_name
 
 PATIENCE_S = 30.0
 """Limit of every wait; reached only when something is broken."""
@@ -171,7 +171,7 @@ MOST_HANGS_IN_ALL = 2
 def count_hangs(nodes: list[str]) -> None:
     """Account for nodes that hung in the middleware after all that was their own to do, and were ended by SIGALRM.
 
-    Only tethernet_control.ros.executor.bound_the_end sets that alarm, with nothing left but to leave the graph. It is
+    Only tethernet_ros.executor.bound_the_end sets that alarm, with nothing left but to leave the graph. It is
     the last resort against a known fault of Fast DDS: rare, said when it happens, and a failure when it is common.
     """
     for node in nodes:

@@ -13,8 +13,9 @@ import time
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
-from tethernet_bringup.dds_profile import FILE_VARIABLES
+from tethernet_bringup.mission.dds_profile import FILE_VARIABLES
 
+MISSION_COMMAND = "tethernet_bringup.mission.command_line"
 FLYING = r"[2-9]\.\d s  DEPLOYING"
 """A line of progress some seconds after launch."""
 DEADLINE_S = 90.0
@@ -26,7 +27,11 @@ class MissionCommand:
     """One run of the command; a context manager that leaves no process."""
 
     def __init__(
-        self, output: Path, domain_id: int, *words: str, program: Sequence[str] = ("-m", "tethernet_bringup.cli")
+        self,
+        output: Path,
+        domain_id: int,
+        *words: str,
+        program: Sequence[str] = ("-m", MISSION_COMMAND),
     ):
         """Args:
         output: folder for the runs.

@@ -7,10 +7,10 @@ import array
 from geometry_msgs.msg import Point
 from nav_msgs.msg import Odometry
 
-from tethernet_control.layout import design
-from tethernet_control.ros import topics
-from tethernet_control.ros.conversions import set_stamp
+from tethernet_core.layout import design
 from tethernet_msgs.msg import MuStatus, NetState
+from tethernet_ros import topics
+from tethernet_ros.conversions import set_stamp
 
 
 def net_state(mu_count: int, stamp_ns: int, center=(0.0, 0.0, -10.0), knots: int = 4) -> NetState:

@@ -9,9 +9,9 @@ from nav_msgs.msg import Odometry
 from rclpy.qos import QoSDurabilityPolicy, QoSProfile, QoSReliabilityPolicy, qos_profile_sensor_data
 from std_msgs.msg import Header
 
-from tethernet_control.ros import any_quality, topics
-from tethernet_control.ros.conversions import nanoseconds, set_stamp
-from tethernet_control.ros.qos import CONTROL, RECORD_LATCHED, STATE_BACKLOG
+from tethernet_ros import any_quality, topics
+from tethernet_ros.conversions import nanoseconds, set_stamp
+from tethernet_ros.qos import CONTROL, RECORD_LATCHED, STATE_BACKLOG
 
 from .graph import Probe
 
@@ -61,7 +61,7 @@ def test_a_controller_answers_a_driver_that_publishes_as_sensors_do(probe, proce
 
 
 def test_the_recorder_keeps_what_is_published_best_effort(probe, processes, tmp_path):
-    recorder = processes.node("tethernet_bringup.recorder_node", f"output:={tmp_path / 'bag'}", "mu_count:=4")
+    recorder = processes.node("tethernet_bringup.recorder.recorder_node", f"output:={tmp_path / 'bag'}", "mu_count:=4")
     odometry = probe.node.create_publisher(Odometry, topics.mu_odometry(3), qos_profile_sensor_data)
     probe.wait_for(lambda: odometry.get_subscription_count() == 1, "the recorder")
     for tick in range(1, 21):

@@ -10,14 +10,15 @@ from geometry_msgs.msg import Point
 from nav_msgs.msg import Odometry
 
 from tests import tiny_models
-from tethernet_control.mission import Mission, advance, arm, launch
-from tethernet_control.parameters import load
-from tethernet_control.ros import topics
-from tethernet_control.ros.conversions import mission_message, nanoseconds, set_stamp
-from tethernet_control.ros.qos import BULK, CONTROL, STATE, STATE_BACKLOG
-from tethernet_control.settings import ControlParameters, MissionParameters
+from tethernet_core.capture_quality import QualityParameters, hull_quality, mouth_area
+from tethernet_core.mission import Mission, arm, launch
+from tethernet_core.parameters import load
+from tethernet_core.settings import ControlParameters, MissionParameters
 from tethernet_msgs.msg import CaptureAssessment, MissionState, NetState
-from tethernet_sim.capture_quality import QualityParameters, hull_quality, mouth_area
+from tethernet_planner.mission_rules import advance
+from tethernet_ros import topics
+from tethernet_ros.conversions import mission_message, nanoseconds, set_stamp
+from tethernet_ros.qos import BULK, CONTROL, STATE, STATE_BACKLOG
 
 PERIOD = 50_000_000
 DEBRIS = (0.1, -0.2, -50.0)

@@ -9,14 +9,15 @@ from geometry_msgs.msg import Quaternion, Vector3
 from nav_msgs.msg import Odometry
 from rclpy.serialization import serialize_message
 
-from tethernet_control import rotation
-from tethernet_control.mission import Mission, abort, advance, arm, launch
-from tethernet_control.parameters import load
-from tethernet_control.ros import checks
-from tethernet_control.ros.conversions import coordinates, mission_message, nanoseconds, time_message
-from tethernet_control.ros.serialized import odometry_sample
-from tethernet_control.ros.well_formed import MessageError
-from tethernet_control.settings import ControlParameters, MissionParameters
+from tethernet_core import rotation
+from tethernet_core.mission import Mission, abort, arm, launch
+from tethernet_core.parameters import load
+from tethernet_core.settings import ControlParameters, MissionParameters
+from tethernet_planner.mission_rules import advance
+from tethernet_ros import checks
+from tethernet_ros.conversions import coordinates, mission_message, nanoseconds, time_message
+from tethernet_ros.serialized import odometry_sample
+from tethernet_ros.well_formed import MessageError
 
 DEBRIS = (0.1, 0.2, -50.0)
 

@@ -8,13 +8,12 @@ from geometry_msgs.msg import Point, WrenchStamped
 from nav_msgs.msg import Odometry
 from std_msgs.msg import Header
 
-from tethernet_control.controller import Mode
-from tethernet_control.mission import Mission, abort, arm, launch
-from tethernet_control.ros import topics
-from tethernet_control.ros.conversions import mission_message, nanoseconds, set_stamp
-from tethernet_control.ros.qos import CONTROL, STATE
+from tethernet_core.mission import Mission, Mode, abort, arm, launch
 from tethernet_msgs.msg import MissionState, MuStatus
 from tethernet_msgs.srv import PlanAimingPoints
+from tethernet_ros import topics
+from tethernet_ros.conversions import mission_message, nanoseconds, set_stamp
+from tethernet_ros.qos import CONTROL, STATE
 
 PERIOD = 50_000_000
 DEBRIS = (0.0, 0.0, -50.0)

@@ -19,22 +19,22 @@ from std_srvs.srv import Trigger
 
 from tests.faults import hostile
 from tests.ros.sound import mu_status, net_state, odometry
-from tethernet_bringup import outcome
-from tethernet_bringup.monitor_node import Monitor
-from tethernet_bringup.outcome import FlightRecord
-from tethernet_bringup.progress import flight_line
+from tethernet_bringup.mission import outcome
+from tethernet_bringup.mission.live_display import flight_line
+from tethernet_bringup.mission.monitor_node import Monitor
+from tethernet_bringup.mission.outcome import FlightRecord
 from tethernet_control.controller_node import ControllerNode
-from tethernet_control.mission import Mission, arm, launch
-from tethernet_control.ros import checks, topics
-from tethernet_control.ros.checks import Check
-from tethernet_control.ros.connections import read_connections, serve_connections
-from tethernet_control.ros.conversions import mission_message, set_stamp
-from tethernet_control.ros.door import Door
-from tethernet_control.ros.well_formed import MessageError
+from tethernet_core.mission import Mission, arm, launch
 from tethernet_msgs.msg import CaptureAssessment, SimStatus
 from tethernet_msgs.srv import PlanAimingPoints
 from tethernet_planner.assessor_node import AssessorNode
 from tethernet_planner.planner_node import PlannerNode
+from tethernet_ros import checks, topics
+from tethernet_ros.checks import Check
+from tethernet_ros.connections import read_connections, serve_connections
+from tethernet_ros.conversions import mission_message, set_stamp
+from tethernet_ros.door import Door
+from tethernet_ros.well_formed import MessageError
 from tethernet_sim.fly import fly
 from tethernet_sim.scenario import Scenario
 
@@ -141,7 +141,7 @@ def started(make_node: Callable) -> Callable:
 
 
 def simulator():
-    from tethernet_sim.sim_node import SimNode  # compiles, or loads what was compiled
+    from tethernet_sim.ros.sim_node import SimNode  # compiles, or loads what was compiled
 
     return SimNode()
 

@@ -9,13 +9,13 @@ from nav_msgs.msg import Odometry
 from rosgraph_msgs.msg import Clock
 from std_srvs.srv import Trigger
 
-from tethernet_control.layout import nominal_aiming_points
-from tethernet_control.mission import Phase
-from tethernet_control.ros import topics
-from tethernet_control.ros.connections import read_connections, service_name
-from tethernet_control.ros.conversions import nanoseconds, set_stamp
-from tethernet_control.ros.qos import CONTROL, RECORD, STATE
+from tethernet_core.layout import nominal_aiming_points
+from tethernet_core.mission import Phase
 from tethernet_msgs.msg import CaptureAssessment, MissionState, MuStatus, NetState
+from tethernet_ros import topics
+from tethernet_ros.connections import read_connections, service_name
+from tethernet_ros.conversions import nanoseconds, set_stamp
+from tethernet_ros.qos import CONTROL, RECORD, STATE
 
 from .graph import PATIENCE_S
 
@@ -162,7 +162,7 @@ def test_an_external_mu_flies_a_capture_and_the_net_feels_it(probe, processes):
     processes.node("tethernet_planner.planner_node", name="planner")
     processes.node("tethernet_planner.assessor_node", name="assessor")
     processes.start("driver", DRIVER, "--mu", "3", "--clock", "sim")
-    processes.node("tethernet_sim.sim_node", "pace:=lockstep", "external_mus:='3'", name="sim")
+    processes.node("tethernet_sim.ros.sim_node", "pace:=lockstep", "external_mus:='3'", name="sim")
     wait_until_connected(probe, [*(f"mu{mu}_controller" for mu in range(1, 9)), "planner", "sim"])
     probe.wait_for(lambda: probe.node.count_publishers(topics.mu_odometry(3)) == 1, "the driver, and nobody else")
     start(probe)

@@ -14,14 +14,14 @@ from rclpy.qos import qos_profile_sensor_data
 from rosgraph_msgs.msg import Clock
 
 from tests.ros.mission_command import FLYING, MissionCommand, read_bag
-from tethernet_bringup import shared_memory
-from tethernet_bringup.salvage import salvage
-from tethernet_control import closing
-from tethernet_control.ros import topics
-from tethernet_control.ros.checks import mission_from
-from tethernet_control.ros.conversions import time_message
-from tethernet_control.ros.qos import CONTROL, STATE
+from tethernet_bringup.bags.salvage import salvage
+from tethernet_bringup.mission import shared_memory
 from tethernet_msgs.msg import MissionState
+from tethernet_planner import closing
+from tethernet_ros import topics
+from tethernet_ros.checks import mission_from
+from tethernet_ros.conversions import time_message
+from tethernet_ros.qos import CONTROL, STATE
 
 pytestmark = pytest.mark.ros
 LOCKSTEP = ("--pace", "lockstep")
@@ -241,7 +241,7 @@ def test_all_is_written_and_told_before_the_middleware_can_hang_in_leaving(tmp_p
         "import ctypes\n"
         "import rclpy\n"
         "from tethernet_bringup import cli\n"
-        "from tethernet_control.ros import executor\n"
+        "from tethernet_ros import executor\n"
         "executor._LEAVE_S = 0.5\n"
         "rclpy.try_shutdown = lambda: ctypes.PyDLL(None).pause()  # with the interpreter's lock\n"
         "raise SystemExit(cli.main())\n"

@@ -8,17 +8,18 @@ from tests.ros.test_mission_faults import LOCKSTEP, short
 from tests.unit.test_outcome import ISSUE_KEYS
 from tethernet_bringup.analysis.mission_data import load
 from tethernet_bringup.analysis.punctuality import closing_start, late_decisions
-from tethernet_bringup.bag_reader import open_bag
-from tethernet_control.ros.conversions import nanoseconds
+from tethernet_bringup.bags.reader import open_bag
+from tethernet_ros.conversions import nanoseconds
 
 pytestmark = pytest.mark.ros
 
 
 def test_every_node_knows_the_parameters_that_the_command_gives_it():
-    from tethernet_bringup import mission_parameters, recorder_node
+    from tethernet_bringup.mission import parameters as mission_parameters
+    from tethernet_bringup.recorder import recorder_node
     from tethernet_control import controller_node
     from tethernet_planner import assessor_node, planner_node
-    from tethernet_sim import sim_node
+    from tethernet_sim.ros import sim_node
 
     classes = mission_parameters.node_classes(8)
     assert set(classes["sim"]) == set(sim_node.SimNode.PARAMETERS)
@@ -129,7 +130,7 @@ def late_commands(run, data, trigger_s):
 
 def in_process(**scenario):
     """The outcome of the default mission, some of it changed, with the aiming points of the default policy."""
-    from tethernet_planner.campaign.cases import Case, aim
+    from tethernet_learning.campaigns.cases import Case, aim
     from tethernet_sim.fly import fly
     from tethernet_sim.scenario import Scenario
 

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from tests.ros.mission_command import FLYING, STOP_S, MissionCommand, read_bag
-from tethernet_bringup import shared_memory
+from tethernet_bringup.mission import shared_memory
 
 pytestmark = pytest.mark.ros
 REALTIME = ("--pace", "realtime")

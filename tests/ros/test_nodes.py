@@ -78,7 +78,7 @@ def test_an_exception_in_a_callback_is_told_and_ends_with_status_1(processes, tm
     program = tmp_path / "faulty.py"
     program.write_text(
         "from rclpy.node import Node\n"
-        "from tethernet_control.ros.executor import run\n"
+        "from tethernet_ros.executor import run\n"
         "class Faulty(Node):\n"
         "    def __init__(self):\n"
         "        super().__init__('faulty')\n"
@@ -100,7 +100,7 @@ def test_who_hangs_in_the_middleware_when_he_leaves_is_ended(processes, tmp_path
     program.write_text(
         "import ctypes\n"
         "from rclpy.node import Node\n"
-        "from tethernet_control.ros import executor\n"
+        "from tethernet_ros import executor\n"
         "executor._LEAVE_S = 0.5\n"
         "class Hanging(Node):\n"
         "    def __init__(self):\n"

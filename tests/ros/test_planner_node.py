@@ -12,17 +12,17 @@ from std_srvs.srv import Trigger
 
 from tests import tiny_models
 from tests.ros.sound import mu_status, net_state
-from tethernet_control.closing import plan as plan_closing
-from tethernet_control.closing import sight
-from tethernet_control.layout import FALLBACK, nominal_aiming_points
-from tethernet_control.mission import Phase
-from tethernet_control.parameters import load
-from tethernet_control.ros import topics
-from tethernet_control.ros.conversions import nanoseconds, set_stamp
-from tethernet_control.ros.qos import BULK, CONTROL, STATE
-from tethernet_control.settings import MissionParameters
+from tethernet_core.layout import FALLBACK, nominal_aiming_points
+from tethernet_core.mission import Phase
+from tethernet_core.parameters import load
+from tethernet_core.settings import MissionParameters
 from tethernet_msgs.msg import MissionState, MuStatus
 from tethernet_msgs.srv import PlanAimingPoints
+from tethernet_planner.closing import plan as plan_closing
+from tethernet_planner.closing import sight
+from tethernet_ros import topics
+from tethernet_ros.conversions import nanoseconds, set_stamp
+from tethernet_ros.qos import BULK, CONTROL, STATE
 
 PERIOD = 50_000_000
 DEBRIS, FAR = (0.0, 0.0, -50.0), (0.0, 0.0, -10.0)

@@ -14,13 +14,13 @@ from rclpy.qos import QoSDurabilityPolicy, QoSProfile
 from rosbags.highlevel import AnyReader
 
 from tests import toy_mission
-from tethernet_bringup.bag_reader import open_bag
-from tethernet_bringup.recorded_topics import mission_topics
-from tethernet_bringup.salvage import salvage
+from tethernet_bringup.bags.reader import open_bag
+from tethernet_bringup.bags.salvage import salvage
+from tethernet_bringup.recorder.recorded_topics import mission_topics
 
 pytestmark = pytest.mark.ros
 
-MODULE = "tethernet_bringup.recorder_node"
+MODULE = "tethernet_bringup.recorder.recorder_node"
 SHORT_S = 3.0
 
 

@@ -8,7 +8,7 @@ import pytest
 from tests.ros.mission_command import MissionCommand
 from tests.ros.test_mission_faults import LOCKSTEP, short
 from tethernet_bringup.analysis.decoder import Decoder
-from tethernet_bringup.bag_reader import open_bag
+from tethernet_bringup.bags.reader import open_bag
 
 pytestmark = pytest.mark.ros
 

@@ -6,8 +6,8 @@ import signal
 import pytest
 
 from tests.ros.mission_command import FLYING, MissionCommand
-from tethernet_bringup.recording import faults
-from tethernet_bringup.salvage import salvage
+from tethernet_bringup.bags.salvage import salvage
+from tethernet_bringup.recorder.recording import faults
 
 pytestmark = pytest.mark.ros
 

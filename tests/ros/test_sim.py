@@ -11,10 +11,10 @@ from nav_msgs.msg import Odometry
 from rosgraph_msgs.msg import Clock
 from visualization_msgs.msg import Marker, MarkerArray
 
-from tethernet_control.mission import Mission, arm, launch
-from tethernet_control.ros import qos, topics
-from tethernet_control.ros.conversions import mission_message, nanoseconds, set_stamp
+from tethernet_core.mission import Mission, arm, launch
 from tethernet_msgs.msg import NetState, SimStatus
+from tethernet_ros import qos, topics
+from tethernet_ros.conversions import mission_message, nanoseconds, set_stamp
 
 pytestmark = pytest.mark.ros
 
@@ -64,7 +64,7 @@ class Crew:
 
 
 def start(processes, *parameters: str):
-    return processes.node("tethernet_sim.sim_node", "mu_count:=4", "pace:=lockstep", *parameters)
+    return processes.node("tethernet_sim.ros.sim_node", "mu_count:=4", "pace:=lockstep", *parameters)
 
 
 def test_lockstep_flies_on_answers_and_tells_everything(probe, processes):
@@ -163,7 +163,7 @@ def test_without_the_planners_heartbeat_lockstep_waits_and_then_goes_on(probe, p
 
 
 def test_realtime_pace_goes_on_without_answers(probe, processes):
-    processes.node("tethernet_sim.sim_node", "mu_count:=4", "pace:=realtime")
+    processes.node("tethernet_sim.ros.sim_node", "mu_count:=4", "pace:=realtime")
     crew = Crew(probe, silent=MUS)
     crew.launch()
     crew.fly(25)
@@ -184,7 +184,7 @@ def test_realtime_pace_goes_on_without_answers(probe, processes):
     ],
 )
 def test_bad_parameters_are_explained(processes, parameter, words):
-    node = processes.node("tethernet_sim.sim_node", parameter, expected=2)
+    node = processes.node("tethernet_sim.ros.sim_node", parameter, expected=2)
     assert node.wait() == 2
     for word in words:
         assert word in node.output

@@ -2,9 +2,9 @@
 
 from tests import tiny_models
 from tests.ros.mission_command import MissionCommand
-from tethernet_planner.campaign.cases import Case, aim
-from tethernet_planner.learning.surrogate_file import Surrogate
-from tethernet_planner.learning.trigger import fly_and_look
+from tethernet_learning.campaigns.cases import Case, aim
+from tethernet_learning.data.trigger import fly_and_look
+from tethernet_planner.inference.surrogate_file import Surrogate
 from tethernet_sim.fly import Settings
 from tethernet_sim.scenario import Scenario
 

@@ -4,8 +4,8 @@ from pathlib import Path
 
 import pytest
 
-from tethernet_bringup import arguments
-from tethernet_bringup.arguments import parse
+from tethernet_bringup.mission import arguments
+from tethernet_bringup.mission.arguments import parse
 
 
 def test_nothing_given_leaves_the_decisions_to_the_parameter_files():

@@ -2,7 +2,7 @@
 
 import pytest
 
-from tethernet_control.atomic_file import write_text, write_whole
+from tethernet_core.atomic_file import write_text, write_whole
 
 
 def test_a_writer_that_fails_half_way_leaves_the_old_file_and_nothing_beside(tmp_path):

@@ -14,12 +14,12 @@ from mcap.opcode import Opcode
 from mcap.writer import CompressionType, IndexType, Writer
 
 from tests import toy_mission
-from tethernet_bringup.bag_contents import LARGEST_RECORD_BYTES, MOST_PROBLEMS
-from tethernet_bringup.bag_errors import NotABagError
-from tethernet_bringup.bag_reader import open_bag
-from tethernet_bringup.mcap_writer import MAGIC
-from tethernet_bringup.salvage import run as salvage_command
-from tethernet_bringup.salvage import salvage
+from tethernet_bringup.bags.contents import LARGEST_RECORD_BYTES, MOST_PROBLEMS
+from tethernet_bringup.bags.errors import NotABagError
+from tethernet_bringup.bags.mcap_writer import MAGIC
+from tethernet_bringup.bags.reader import open_bag
+from tethernet_bringup.bags.salvage import run as salvage_command
+from tethernet_bringup.bags.salvage import salvage
 
 HEAD = struct.Struct("<BQ")
 MEMORY_MB = 500
@@ -244,7 +244,7 @@ def test_hostile_bags_cost_bounded_memory(tmp_path, name):
     code = (
         "import sys\n"
         "from pathlib import Path\n"
-        "from tethernet_bringup.salvage import run\n"
+        "from tethernet_bringup.bags.salvage import run\n"
         f"status = run(Path({str(path)!r}), Path({str(tmp_path / 'out')!r}))\n"
         "peak = next(line for line in open('/proc/self/status') if line.startswith('VmHWM'))\n"
         "print('peak', int(peak.split()[1]) // 1000)\n"

@@ -8,10 +8,10 @@ from rosgraph_msgs.msg import Clock
 from std_msgs.msg import String
 from tf2_msgs.msg import TFMessage
 
-from tethernet_bringup.message_definitions import installed_type
-from tethernet_bringup.recorded_topics import extra_topics, mission_topics
-from tethernet_bringup.timeline import FARTHEST_NS, StampReader, Timeline
-from tethernet_control.parameters import ParameterError
+from tethernet_bringup.bags.message_definitions import installed_type
+from tethernet_bringup.recorder.recorded_topics import extra_topics, mission_topics
+from tethernet_bringup.recorder.timeline import FARTHEST_NS, StampReader, Timeline
+from tethernet_core.parameters import ParameterError
 
 WALL_NS = 1_790_000_000_000_000_000
 

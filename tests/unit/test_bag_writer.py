@@ -12,13 +12,14 @@ from rosbags.rosbag2 import Reader
 
 from tests import toy_mission
 from tests.toy_mission import START_NS
-from tethernet_bringup import bag_writer, mcap_writer
-from tethernet_bringup.bag_errors import BagWriteError
-from tethernet_bringup.bag_metadata import BagTopic, as_texts, qos_profiles
-from tethernet_bringup.bag_reader import open_bag
-from tethernet_bringup.bag_writer import BagWriter
-from tethernet_bringup.message_definitions import UnknownTypeError, installed_type
-from tethernet_bringup.recorded_topics import mission_topics
+from tethernet_bringup.bags import mcap_writer
+from tethernet_bringup.bags import writer as bag_writer
+from tethernet_bringup.bags.errors import BagWriteError
+from tethernet_bringup.bags.message_definitions import UnknownTypeError, installed_type
+from tethernet_bringup.bags.metadata import BagTopic, as_texts, qos_profiles
+from tethernet_bringup.bags.reader import open_bag
+from tethernet_bringup.bags.writer import BagWriter
+from tethernet_bringup.recorder.recorded_topics import mission_topics
 
 SHORT_S = 1.0
 

@@ -7,9 +7,9 @@ from pathlib import Path
 import pytest
 
 import tethernet_planner
-from tethernet_planner.campaign.cases import Case, outcome_columns, row
-from tethernet_planner.campaign.columns import columns, flatten, in_words, rebuild, rebuild_given
-from tethernet_planner.campaign.flight import failed
+from tethernet_learning.campaigns.cases import Case, outcome_columns, row
+from tethernet_learning.campaigns.chunks import failed
+from tethernet_learning.campaigns.columns import columns, flatten, in_words, rebuild, rebuild_given
 from tethernet_sim.scenario import Failure, Outcome, Scenario
 
 SCENARIO = Scenario(

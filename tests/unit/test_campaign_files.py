@@ -4,13 +4,13 @@ import json
 
 import pytest
 
-from tethernet_planner.campaign import scenario_file, tables
-from tethernet_planner.campaign.cases import Case, aim, outcome_columns, row
-from tethernet_planner.campaign.errors import CampaignError
-from tethernet_planner.campaign.flight import failed
-from tethernet_planner.campaign.provenance import describe, differences
-from tethernet_planner.campaign.results import Results
-from tethernet_planner.source_digest import source_digest
+from tethernet_learning.campaigns import scenario_file, tables
+from tethernet_learning.campaigns.cases import Case, aim, outcome_columns, row
+from tethernet_learning.campaigns.chunks import failed
+from tethernet_learning.campaigns.errors import CampaignError
+from tethernet_learning.campaigns.provenance import describe, differences
+from tethernet_learning.campaigns.results import Results
+from tethernet_learning.source_digest import source_digest
 from tethernet_sim.fly import Settings
 from tethernet_sim.scenario import Failure, Scenario
 
@@ -141,7 +141,7 @@ def test_another_campaigns_file_is_refused(tmp_path, description, flown):
 def test_other_code_is_another_campaign(monkeypatch, description):
     import tethernet_planner
 
-    monkeypatch.setattr("tethernet_planner.source_digest.FLOWN_BY", (tethernet_planner,))
+    monkeypatch.setattr("tethernet_learning.source_digest.FLOWN_BY", (tethernet_planner,))
     source_digest.cache_clear()
     [difference] = differences(description, describe({"name": "test", "seed": 1}, CASES, Settings.load()))
     source_digest.cache_clear()

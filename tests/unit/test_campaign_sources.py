@@ -5,10 +5,11 @@ import math
 import numpy as np
 import pytest
 
-from tethernet_control.parameters import load
-from tethernet_control.settings import MissionParameters
-from tethernet_planner.campaign import attitude_map, sources, sphere, tumble_map
-from tethernet_planner.campaign.cases import Case, row
+from tethernet_core.parameters import load
+from tethernet_core.settings import MissionParameters
+from tethernet_learning.campaigns import attitude_map, sphere, tumble_map
+from tethernet_learning.campaigns import variations as sources
+from tethernet_learning.campaigns.cases import Case, row
 from tethernet_sim.scenario import FAILURES, Outcome, Scenario
 
 RULES = load(MissionParameters)

@@ -4,11 +4,11 @@ import math
 
 import pytest
 
-from tethernet_planner.campaign.cases import Case, row
-from tethernet_planner.campaign.errors import CampaignError
-from tethernet_planner.campaign.flight import failed
-from tethernet_planner.campaign.report import table
-from tethernet_planner.campaign.statistics import mean, share, summarise
+from tethernet_learning.campaigns.cases import Case, row
+from tethernet_learning.campaigns.chunks import failed
+from tethernet_learning.campaigns.errors import CampaignError
+from tethernet_learning.campaigns.report import table
+from tethernet_learning.campaigns.statistics import mean, share, summarise
 from tethernet_sim.scenario import Outcome, Scenario
 
 

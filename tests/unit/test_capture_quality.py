@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from tests.physics import make_world
-from tethernet_control.parameters import ParameterError, load
+from tethernet_core.capture_quality import QualityParameters, captured, hull_quality, verdict
+from tethernet_core.parameters import ParameterError, load
 from tethernet_sim.audit import particle_masses, particles
-from tethernet_sim.capture_quality import QualityParameters, captured, hull_quality, verdict
 
 QUALITY = load(QualityParameters)
 DEBRIS = (0.0, 0.0, -50.0)

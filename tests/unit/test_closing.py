@@ -5,12 +5,12 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from tests.physics import make_world
-from tethernet_control import closing
-from tethernet_control.layout import design
-from tethernet_control.mouth import spanned
-from tethernet_control.parameters import load
-from tethernet_control.settings import MissionParameters
-from tethernet_control.target import Outline, axis_after, gap
+from tethernet_core.layout import design
+from tethernet_core.parameters import load
+from tethernet_core.settings import MissionParameters
+from tethernet_planner import closing
+from tethernet_planner.debris_section import Outline, axis_after, gap
+from tethernet_planner.mouth import spanned
 
 RULES = load(MissionParameters)
 MOUTH = np.array([(x, y, 0.5) for x, y in design(8).nominal_offsets])

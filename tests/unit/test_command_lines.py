@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from tethernet_bringup import cli
-from tethernet_control.parameters import LARGEST_FILE_BYTES
+from tethernet_bringup.mission import command_line as cli
+from tethernet_core.parameters import LARGEST_FILE_BYTES
 
 HEAD = "/**:\n  ros__parameters:\n"
 LONG = "a" * 300
@@ -108,7 +108,8 @@ def test_parameter_files_that_cannot_be_meant(capfd, tmp_path, case):
 
 
 def test_the_parameter_file_of_a_mission_is_far_below_the_largest_that_is_read(tmp_path):
-    from tethernet_bringup import arguments, mission_parameters
+    from tethernet_bringup.mission import arguments
+    from tethernet_bringup.mission import parameters as mission_parameters
 
     text = mission_parameters.resolve(arguments.parse([])).yaml()
     assert len(text.encode()) * 8 < LARGEST_FILE_BYTES
@@ -161,8 +162,8 @@ def test_an_outcome_that_cannot_be_written_is_the_reason_that_is_printed(capfd, 
         (folder.path / "outcome.json" / "in the way").touch()
 
     monkeypatch.setattr(cli, "_fly", fly)
-    monkeypatch.setattr("tethernet_bringup.recording.complaints", lambda _: [])
-    monkeypatch.setattr("tethernet_bringup.recording.count_messages", lambda _: {"/clock": 1})
+    monkeypatch.setattr("tethernet_bringup.recorder.recording.complaints", lambda _: [])
+    monkeypatch.setattr("tethernet_bringup.recorder.recording.count_messages", lambda _: {"/clock": 1})
     assert cli.main(["--output", str(tmp_path)]) == 1
     told = capfd.readouterr()
     assert "run_mission.py: fault: cannot write" in told.err

@@ -14,26 +14,27 @@ import pytest
 from bootstrap.environment import pending
 from bootstrap.places import ROOT, venv_places
 from bootstrap.steps import PROFILES
-from tethernet_bringup.interrupts import Interrupts, MissionInterrupt
-from tethernet_bringup.supervisor import NodeProcess, Supervisor, mission_environment
-from tethernet_bringup.supervisor_settings import SupervisorParameters
-from tethernet_control.parameters import load
+from tethernet_bringup.mission.interrupts import Interrupts, MissionInterrupt
+from tethernet_bringup.mission.supervisor import NodeProcess, Supervisor, mission_environment
+from tethernet_bringup.mission.supervisor_settings import SupervisorParameters
+from tethernet_core.parameters import load
 
 PATIENCE_S = 60.0
 NODES = {
-    "sim": "tethernet_sim.sim_node",
+    "sim": "tethernet_sim.ros.sim_node",
     "planner": "tethernet_planner.planner_node",
     "assessor": "tethernet_planner.assessor_node",
-    "recorder": "tethernet_bringup.recorder_node",
+    "recorder": "tethernet_bringup.recorder.recorder_node",
     "mu1_controller": "tethernet_control.controller_node",
 }
 COMMANDS = (
-    "tethernet_bringup.cli", "tethernet_bringup.analysis.cli", "tethernet_bringup.salvage",
+    "tethernet_bringup.mission.command_line", "tethernet_bringup.analysis.command_line",
+    "tethernet_bringup.bags.salvage",
     "tethernet_control.check_driver", "tethernet_sim.warm_up",
-    "tethernet_planner.evaluate", "tethernet_planner.campaign", "tethernet_planner.campaign.sweep",
-    *(f"tethernet_planner.learning.{path.stem}" for path in sorted(
-        (ROOT / "ros2_ws/src/tethernet_planner/tethernet_planner/learning").glob("*.py")
-    ) if "__main__" in path.read_text()),
+    "tethernet_learning.campaigns.fly_scenarios", "tethernet_learning.campaigns", "tethernet_learning.campaigns.sweep",
+    *(f"tethernet_learning.{path.parent.name}.{path.stem}" for path in sorted(
+        (ROOT / "ros2_ws/src/tethernet_learning/tethernet_learning").glob("*/*.py")
+    ) if "__main__" in path.read_text() and path.parent.name != "campaigns"),
 )  # fmt: skip
 SCRIPTS = ("run_mission.py", "analyse_mission.py")
 NO_COMMAND_LINE = {"tethernet_sim.warm_up"}
@@ -120,10 +121,10 @@ def test_ctrl_c_while_a_command_imports_ends_it_without_a_traceback(tmp_path, mo
     for name in ("numpy", "rclpy", "mcap"):
         (tmp_path / f"{name}.py").write_text("import time\nprint('importing', flush=True)\ntime.sleep(600)\n")
     arguments = {
-        "tethernet_bringup.analysis.cli": ["/nowhere"],
-        "tethernet_bringup.salvage": ["/nowhere"],
+        "tethernet_bringup.analysis.command_line": ["/nowhere"],
+        "tethernet_bringup.bags.salvage": ["/nowhere"],
         "tethernet_control.check_driver": ["--mu", "1"],
-        "tethernet_planner.campaign": ["random"],
+        "tethernet_learning.campaigns": ["random"],
     }
     interrupt(tmp_path, [sys.executable, "-P", "-m", module, *arguments.get(module, [])])
 
@@ -162,10 +163,10 @@ CLOSED = {
 @pytest.mark.parametrize(
     ("words", "statuses"),
     [
-        (["-m", "tethernet_bringup.cli", "--mus", "5"], {2}),
-        (["-m", "tethernet_bringup.cli", "--params", "/nowhere"], {2}),
-        (["-m", "tethernet_bringup.analysis.cli", "/nowhere"], {1}),
-        (["-m", "tethernet_planner.evaluate", "--mus", "5"], {2}),
+        (["-m", "tethernet_bringup.mission.command_line", "--mus", "5"], {2}),
+        (["-m", "tethernet_bringup.mission.command_line", "--params", "/nowhere"], {2}),
+        (["-m", "tethernet_bringup.analysis.command_line", "/nowhere"], {1}),
+        (["-m", "tethernet_learning.campaigns.fly_scenarios", "--mus", "5"], {2}),
         ([str(ROOT / "run_mission.py"), "--mus", "5"], {2}),
     ],
 )

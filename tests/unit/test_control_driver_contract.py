@@ -7,8 +7,8 @@ import random
 import pytest
 
 from tethernet_control.driver_contract import Reaction, Sample, check_reaction, check_samples, obstacle, table
-from tethernet_control.parameters import load
-from tethernet_control.settings import ControlParameters
+from tethernet_core.parameters import load
+from tethernet_core.settings import ControlParameters
 
 CONTROL = load(ControlParameters)
 SIGMA = 0.1 / 3.0

@@ -7,9 +7,9 @@ import pytest
 
 from tethernet_control import law
 from tethernet_control.controller import MuController
-from tethernet_control.mission import Mission, arm, launch
-from tethernet_control.parameters import load
-from tethernet_control.settings import ControlParameters
+from tethernet_core.mission import Mission, arm, launch
+from tethernet_core.parameters import load
+from tethernet_core.settings import ControlParameters
 from tethernet_sim.lockstep import ThrustBook
 
 CONTROL = load(ControlParameters)

@@ -14,7 +14,7 @@ HANGING = "ctypes.PyDLL(None).sleep(60)"  # holds the interpreter's lock: nothin
     ids=["hangs", "in time", "ends by itself"],
 )
 def test_exit_status(inside, wanted):
-    code = f"import ctypes\nfrom tethernet_control.deadline import Deadline\nwith Deadline(0.3, 7):\n    {inside}\n"
+    code = f"import ctypes\nfrom tethernet_core.deadline import Deadline\nwith Deadline(0.3, 7):\n    {inside}\n"
     done = subprocess.run([sys.executable, "-c", f"{code}raise SystemExit(3)"], timeout=30, check=False)
     assert done.returncode == wanted
 
@@ -22,7 +22,7 @@ def test_exit_status(inside, wanted):
 def test_a_deadline_that_was_met_leaves_nothing_behind():
     code = """if True:
         import time
-        from tethernet_control.deadline import Deadline
+        from tethernet_core.deadline import Deadline
         for _ in range(100):
             with Deadline(0.2, 7):
                 pass

@@ -3,7 +3,7 @@
 import pytest
 
 from tests.unit.test_control_driver_contract import CONTROL, clocked
-from tethernet_bringup.drivers import DriverDesk, DriverFaultError, DriverWatch
+from tethernet_bringup.mission.drivers import DriverDesk, DriverFaultError, DriverWatch
 
 
 class Watch:

@@ -9,12 +9,13 @@ from scipy.stats import chi2
 
 from tethernet_control import estimator
 from tethernet_control.controller import MuController
-from tethernet_control.mission import Mission, arm, launch
-from tethernet_control.parameters import load
-from tethernet_control.settings import ControlParameters
+from tethernet_control.law import law_numbers
+from tethernet_core.mission import Mission, arm, launch
+from tethernet_core.parameters import load
+from tethernet_core.settings import ControlParameters
 
 CONTROL = load(ControlParameters)
-P = CONTROL.law()
+P = law_numbers(CONTROL)
 T = 0.05
 F = np.array([[1.0, T, 0.5 * T * T], [0.0, 1.0, T], [0.0, 0.0, 1.0]])
 IMPULSES, WALK = P.velocity_noise**2 * T, P.disturbance_noise**2 * T

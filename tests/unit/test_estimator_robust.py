@@ -7,12 +7,13 @@ import pytest
 
 from tethernet_control import estimator
 from tethernet_control.controller import MuController
-from tethernet_control.mission import Mission, arm, launch
-from tethernet_control.parameters import load
-from tethernet_control.settings import ControlParameters
+from tethernet_control.law import law_numbers
+from tethernet_core.mission import Mission, arm, launch
+from tethernet_core.parameters import load
+from tethernet_core.settings import ControlParameters
 
 CONTROL = load(ControlParameters)
-P = CONTROL.law()
+P = law_numbers(CONTROL)
 T = CONTROL.control_period_s
 SPEED = np.array([0.5, 0.4, -2.0])
 RECOVERY = 32

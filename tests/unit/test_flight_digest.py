@@ -5,8 +5,9 @@ import json
 import pytest
 
 from tests import tiny_models
-from tethernet_planner import flight_digest, measured, shipped_models
-from tethernet_planner.learning.model_file import file_fingerprint
+from tethernet_learning import flight_digest, measured
+from tethernet_planner.inference import shipped_models
+from tethernet_planner.inference.model_file import file_fingerprint
 
 SOURCE = '''
 """A module."""
@@ -43,8 +44,8 @@ def test_physics_control_and_aiming_count_and_nodes_do_not():
     names = set(flight_digest.modules())
     assert {
         "tethernet_sim.fly", "tethernet_sim.kernels.step", "tethernet_sim.kernels.contact", "tethernet_control.law",
-        "tethernet_control.closing", "tethernet_control.estimator", "tethernet_sim.capture_quality",
-        "tethernet_planner.learning.task", "tethernet_planner.learning.net_features",
+        "tethernet_planner.closing", "tethernet_control.estimator", "tethernet_core.capture_quality",
+        "tethernet_planner.inference.task", "tethernet_planner.inference.net_features",
     } <= names  # fmt: skip
     assert not [name for name in names if ".ros" in name or name.endswith("_node")]
 

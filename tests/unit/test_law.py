@@ -7,11 +7,12 @@ import numpy as np
 import pytest
 
 from tethernet_control import estimator, law
-from tethernet_control.parameters import load
-from tethernet_control.settings import ControlParameters, paper
+from tethernet_control.law import law_numbers
+from tethernet_core.parameters import load
+from tethernet_core.settings import ControlParameters, paper
 
-PAPER = paper(ControlParameters).law()
-OURS = load(ControlParameters).law()
+PAPER = law_numbers(paper(ControlParameters))
+OURS = law_numbers(load(ControlParameters))
 START, AIM, CLOSE = (1.0, 2.0, -1.0), (11.0, -8.0, -51.0), (0.0, 0.0, -60.0)
 
 

@@ -6,8 +6,8 @@ import math
 
 import pytest
 
-from tethernet_control.parameters import load
-from tethernet_control.settings import ControlParameters
+from tethernet_core.parameters import load
+from tethernet_core.settings import ControlParameters
 from tethernet_sim.lockstep import ZERO, Barrier, ThrustBook
 
 TICK = 50_000_000

@@ -2,10 +2,10 @@
 
 import numpy as np
 
-from tethernet_control.layout import design, nominal_aiming_points
-from tethernet_control.parameters import load
-from tethernet_control.settings import ControlParameters, MissionParameters
-from tethernet_planner.lookout import Lookout
+from tethernet_core.layout import design, nominal_aiming_points
+from tethernet_core.parameters import load
+from tethernet_core.settings import ControlParameters, MissionParameters
+from tethernet_planner.closing_watch import Lookout
 
 CONTROL, RULES = load(ControlParameters), load(MissionParameters)
 DEBRIS = (0.0, 0.0, -50.0)

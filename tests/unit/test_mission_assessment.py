@@ -7,13 +7,15 @@ import math
 import numpy as np
 import pytest
 
-from tethernet_control.mission import Mission, abort, advance, arm, launch
-from tethernet_control.parameters import load
-from tethernet_control.settings import ControlParameters, MissionParameters
-from tethernet_planner import prediction
+from tethernet_core.capture_quality import QualityParameters, hull_quality
+from tethernet_core.mission import Mission, abort, arm, launch
+from tethernet_core.parameters import load
+from tethernet_core.settings import ControlParameters, MissionParameters
+from tethernet_planner import predictors as prediction
 from tethernet_planner.assessment import CaptureAssessor, Stage
-from tethernet_planner.net_sample import FROM_MUS, NetSample
-from tethernet_sim.capture_quality import QualityParameters, hull_quality
+from tethernet_planner.inference.net_sample import FROM_MUS, NetSample
+from tethernet_planner.inference.prediction import Prediction
+from tethernet_planner.mission_rules import advance
 
 CONTROL, RULES, QUALITY = load(ControlParameters), load(MissionParameters), load(QualityParameters)
 PERIOD = CONTROL.period_ns
@@ -196,7 +198,7 @@ def test_a_surrogate_is_asked_at_the_trigger_and_judged_at_the_end(monkeypatch):
             self.mus = mus
 
         def predict(self, sample):
-            return prediction.Prediction(1.5, 7.2, 0.9)
+            return Prediction(1.5, 7.2, 0.9)
 
     monkeypatch.setattr(prediction, "_FACTORIES", {})
     prediction.register("mine", Surrogate)
@@ -204,7 +206,7 @@ def test_a_surrogate_is_asked_at_the_trigger_and_judged_at_the_end(monkeypatch):
     assert made.take_sample(sample(480))[0].prediction is None
     made.take_mission(closed())
     [trigger] = made.take_sample(sample(481))
-    assert trigger.prediction == prediction.Prediction(1.5, 7.2, 0.9)
+    assert trigger.prediction == Prediction(1.5, 7.2, 0.9)
     assert math.isnan(trigger.cqi_error)
     assert made.take_sample(sample(482))[0].prediction is None
     [final] = made.take_sample(sample(781, locked=7))

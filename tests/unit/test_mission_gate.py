@@ -4,8 +4,8 @@ import dataclasses
 
 import pytest
 
-from tethernet_control.mission import Mission, Phase, abort, arm, launch
-from tethernet_control.mission_gate import MissionGate
+from tethernet_core.mission import Mission, Phase, abort, arm, launch
+from tethernet_core.mission_gate import MissionGate
 
 DEBRIS = (0.0, 0.0, -50.0)
 MINE, OTHERS, FORGED = 11, 22, 0

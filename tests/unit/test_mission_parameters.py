@@ -1,10 +1,10 @@
 import pytest
 import yaml
 
-from tethernet_bringup.arguments import parse
-from tethernet_bringup.mission_parameters import MissionParametersError, node_classes, resolve
-from tethernet_control.parameters import defaults, field_types
-from tethernet_control.settings import ControlParameters, MissionParameters
+from tethernet_bringup.mission.arguments import parse
+from tethernet_bringup.mission.parameters import MissionParametersError, node_classes, resolve
+from tethernet_core.parameters import defaults, field_types
+from tethernet_core.settings import ControlParameters, MissionParameters
 from tethernet_sim.settings import ScenarioParameters
 
 

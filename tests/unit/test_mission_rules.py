@@ -5,22 +5,13 @@ import math
 import numpy as np
 import pytest
 
-from tethernet_control import closing
-from tethernet_control.closing import sight
-from tethernet_control.layout import design
-from tethernet_control.mission import (
-    Mission,
-    Phase,
-    abort,
-    advance,
-    arm,
-    check_debris_position,
-    docked_mus,
-    launch,
-    triggered,
-)
-from tethernet_control.parameters import load
-from tethernet_control.settings import ControlParameters, MissionParameters, paper
+from tethernet_core.layout import design
+from tethernet_core.mission import Mission, Phase, abort, arm, launch
+from tethernet_core.parameters import load
+from tethernet_core.settings import ControlParameters, MissionParameters, paper
+from tethernet_planner import closing
+from tethernet_planner.closing import sight
+from tethernet_planner.mission_rules import advance, check_debris_position, docked_mus, triggered
 
 CONTROL, RULES = paper(ControlParameters), paper(MissionParameters)
 PERIOD = CONTROL.period_ns

@@ -4,9 +4,9 @@ import math
 
 import pytest
 
-from tethernet_control.mission import Phase
-from tethernet_control.parameters import load
-from tethernet_control.settings import ControlParameters, MissionParameters
+from tethernet_core.mission import Phase
+from tethernet_core.parameters import load
+from tethernet_core.settings import ControlParameters, MissionParameters
 from tethernet_planner.sequencer import MissionSequencer
 
 CONTROL, RULES = load(ControlParameters), load(MissionParameters)

@@ -1,7 +1,7 @@
 """What the MUs' odometry tells where nothing measures the net."""
 
-from tethernet_control.parameters import load
-from tethernet_control.settings import ControlParameters
+from tethernet_core.parameters import load
+from tethernet_core.settings import ControlParameters
 from tethernet_planner.swarm import DockedPairs, SwarmCentroid
 
 MS = 1_000_000

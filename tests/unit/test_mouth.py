@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from tethernet_control.layout import design, nominal_aiming_points
-from tethernet_control.mouth import spanned
+from tethernet_core.layout import design, nominal_aiming_points
+from tethernet_planner.mouth import spanned
 
 RIM_M = {4: 22.0 + 2.0 * np.sqrt(2.0), 8: 11.0 + np.sqrt(2.0) + 0.71}
 """Net and threads between neighbours."""

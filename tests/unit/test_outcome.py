@@ -5,9 +5,9 @@ from types import SimpleNamespace
 
 import pytest
 
-from tethernet_bringup import outcome
-from tethernet_bringup.outcome import ExitStatus, FlightRecord
-from tethernet_control.mission import Phase
+from tethernet_bringup.mission import outcome
+from tethernet_bringup.mission.outcome import ExitStatus, FlightRecord
+from tethernet_core.mission import Phase
 
 ISSUE_KEYS = {
     "captured", "verdict", "cqi", "cqi_all", "locked_pairs", "trigger_time_s", "end_time_s", "fuel_kg",

@@ -3,9 +3,9 @@ import math
 from types import SimpleNamespace
 
 from tests.unit.test_outcome import assessment, state, status
-from tethernet_bringup.outcome import FlightRecord
-from tethernet_bringup.progress import Display, flight_line
-from tethernet_control.mission import Phase
+from tethernet_bringup.mission.live_display import Display, flight_line
+from tethernet_bringup.mission.outcome import FlightRecord
+from tethernet_core.mission import Phase
 
 
 def record_at(seconds, phase=Phase.DEPLOYING, **times):

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from tests.physics import make_world
-from tethernet_control import layout
+from tethernet_core import layout
 from tethernet_sim.model import KNOTS, build_model
 from tethernet_sim.state import CHASER
 
@@ -138,8 +138,8 @@ def test_more_mus_than_the_kernels_have_room_for_are_refused(monkeypatch):
     world = make_world(8)
     many = layout.DESIGNS[8].__class__(**{**layout.DESIGNS[8].__dict__, "mu_count": 16})
     monkeypatch.setitem(layout.DESIGNS, 16, many)
-    from tethernet_control.parameters import load
-    from tethernet_control.settings import MissionParameters
+    from tethernet_core.parameters import load
+    from tethernet_core.settings import MissionParameters
 
     with pytest.raises(ValueError, match="room for 15"):
         build_model(16, world.physics, load(MissionParameters))

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from tests.physics import make_world
-from tethernet_control.parameters import ParameterError, load
-from tethernet_control.settings import ControlParameters
+from tethernet_core.parameters import ParameterError, load
+from tethernet_core.settings import ControlParameters
 from tethernet_sim.fly import Settings
 from tethernet_sim.settings import PhysicsParameters
 from tethernet_sim.stability import Springs, largest_step, largest_step_of, net_springs

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from tests.physics import make_world
-from tethernet_control.layout import CORNER_THREAD_M, SIDE_THREAD_M
+from tethernet_core.layout import CORNER_THREAD_M, SIDE_THREAD_M
 from tethernet_sim.model import CENTRAL_KNOT, KNOTS
 
 STEP = 1e-6  # [s] a half oscillation of a thread lasts 3.4e-4 s

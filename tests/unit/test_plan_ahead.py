@@ -5,12 +5,13 @@ import math
 import numpy as np
 import pytest
 
-from tethernet_control import closing
-from tethernet_control.layout import design
-from tethernet_control.mission import Mission, Phase, advance, arm, launch
-from tethernet_control.parameters import load
-from tethernet_control.plan_ahead import PlanAhead
-from tethernet_control.settings import ControlParameters, MissionParameters
+from tethernet_core.layout import design
+from tethernet_core.mission import Mission, Phase, arm, launch
+from tethernet_core.parameters import load
+from tethernet_core.settings import ControlParameters, MissionParameters
+from tethernet_planner import closing
+from tethernet_planner.mission_rules import advance
+from tethernet_planner.plan_ahead import PlanAhead
 
 CONTROL, RULES = load(ControlParameters), load(MissionParameters)
 PERIOD = CONTROL.period_ns

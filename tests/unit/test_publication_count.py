@@ -1,4 +1,4 @@
-from tethernet_bringup.publication_count import PublicationCount
+from tethernet_bringup.recorder.publication_count import PublicationCount
 
 
 def counted(*sequences, shared=False):

@@ -8,7 +8,7 @@ import pytest
 
 from tests import toy_mission
 from tethernet_bringup.pulse import Pulse
-from tethernet_bringup.recording import complaints, count_messages, faults, sign_of_life
+from tethernet_bringup.recorder.recording import complaints, count_messages, faults, sign_of_life
 
 
 @pytest.fixture(scope="module")

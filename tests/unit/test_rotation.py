@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from tethernet_control import rotation
+from tethernet_core import rotation
 
 ATTITUDES = Rotation.random(50, random_state=1).as_quat()
 VECTORS = np.random.default_rng(2).normal(size=(50, 3))

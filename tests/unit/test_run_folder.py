@@ -4,7 +4,7 @@ import os
 
 import pytest
 
-from tethernet_bringup.run_folder import RunFolderError, make_run_folder
+from tethernet_bringup.mission.run_folder import RunFolderError, make_run_folder
 
 
 @pytest.mark.parametrize("name", ["café", "漢字", "sp ace", "quo'te\"", "a:=b", "{}", "new\nline", "$(x)", "-r x:=y"])

@@ -9,9 +9,9 @@ import yaml
 from rosbags.highlevel import AnyReader
 
 from tests import toy_mission
-from tethernet_bringup.bag_errors import BagWriteError, NotABagError
-from tethernet_bringup.bag_reader import open_bag
-from tethernet_bringup.salvage import main, salvage
+from tethernet_bringup.bags.errors import BagWriteError, NotABagError
+from tethernet_bringup.bags.reader import open_bag
+from tethernet_bringup.bags.salvage import main, salvage
 
 SHORT_S = 2.0
 
@@ -169,7 +169,7 @@ def test_a_folder_of_runs_is_told(tmp_path, whole, capsys):
 
 def test_as_a_process(tmp_path, whole):
     folder = torn(tmp_path / "bag", whole[0][:-9])
-    command = [sys.executable, "-m", "tethernet_bringup.salvage"]
+    command = [sys.executable, "-m", "tethernet_bringup.bags.salvage"]
     done = subprocess.run([*command, str(folder)], capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
     assert subprocess.run(command, capture_output=True, text=True, check=False).returncode == 2

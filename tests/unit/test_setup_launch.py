@@ -112,7 +112,7 @@ def test_jazzy_without_the_workspace_is_told_how_to_build_it(sourced, capfd):
     built_workspace(sourced, ["tethernet_msgs"])
     python, variables = launch.prepare(["mission"])
     told = capfd.readouterr().err
-    assert "lacks tethernet_control" in told and "colcon build" in told
+    assert "lacks tethernet_core" in told and "colcon build" in told
     assert python == str(venv_places().python) and "ROS_DISTRO" not in variables
 
 

@@ -94,7 +94,8 @@ def test_colcon_and_pip_are_told_the_same(package):
     assert manifest.findtext("license") == ast.literal_eval(told["license"]) == "Apache-2.0"
     assert manifest.findtext("export/build_type") == "ament_python"
     assert (folder / "resource" / package).exists()
-    for script in ast.literal_eval(told["entry_points"])["console_scripts"]:
+    scripts = ast.literal_eval(told["entry_points"])["console_scripts"] if "entry_points" in told else []
+    for script in scripts:
         module, function = script.split(" = ")[1].split(":")
         path = folder / Path(*module.split(".")).with_suffix(".py")
         assert path.exists(), f"{script}: no {path}"

@@ -7,10 +7,10 @@ from rosbags.rosbag2 import Reader, StoragePlugin, Writer
 from rosbags.typesys import Stores, get_typestore
 
 from tests import toy_mission
-from tethernet_bringup.analysis.cli import main as analyse
-from tethernet_bringup.bag_errors import NotABagError
-from tethernet_bringup.bag_reader import open_bag
-from tethernet_bringup.salvage import salvage
+from tethernet_bringup.analysis.command_line import main as analyse
+from tethernet_bringup.bags.errors import NotABagError
+from tethernet_bringup.bags.reader import open_bag
+from tethernet_bringup.bags.salvage import salvage
 
 
 @pytest.fixture(scope="module")

@@ -4,7 +4,7 @@ import random
 
 import pytest
 
-from tethernet_control.step_guard import Step, StepGuard
+from tethernet_core.step_guard import Step, StepGuard
 
 LONGEST, ENOUGH = 100, 5
 

@@ -10,10 +10,10 @@ from xml.etree import ElementTree
 
 import pytest
 
-from tethernet_bringup import dds_profile, shared_memory, supervisor
-from tethernet_bringup.supervisor import NodeProcess, Supervisor, mission_environment
-from tethernet_bringup.supervisor_settings import SupervisorParameters
-from tethernet_control.parameters import load
+from tethernet_bringup.mission import dds_profile, shared_memory, supervisor
+from tethernet_bringup.mission.supervisor import NodeProcess, Supervisor, mission_environment
+from tethernet_bringup.mission.supervisor_settings import SupervisorParameters
+from tethernet_core.parameters import load
 
 DEADLINE_S = 20.0
 
@@ -150,8 +150,8 @@ def test_nodes_do_not_get_the_terminals_interrupt(crew, tmp_path):
 def test_nodes_end_when_the_supervisor_is_killed(modules, logs, tmp_path):
     code = f"""
         from pathlib import Path
-        from tethernet_bringup.supervisor import *
-        from tethernet_control.parameters import load
+        from tethernet_bringup.mission.supervisor import *
+        from tethernet_core.parameters import load
         logs = Path({str(logs)!r})
         crew = Supervisor(logs, mission_environment(1, "localhost", logs), load(SupervisorParameters))
         crew.start(NodeProcess("sim", "polite", arguments=({str(tmp_path / "sim")!r},)))
@@ -206,8 +206,8 @@ def test_the_shared_memory_of_a_killed_command_goes_and_nobody_elses(modules, lo
     assert other.stdout.readline() == "ready\n"
     code = f"""
         from pathlib import Path
-        from tethernet_bringup.supervisor import *
-        from tethernet_control.parameters import load
+        from tethernet_bringup.mission.supervisor import *
+        from tethernet_core.parameters import load
         logs = Path({str(logs)!r})
         crew = Supervisor(logs, mission_environment(1, "localhost", logs), load(SupervisorParameters))
         crew.start(NodeProcess("sim", "holding", arguments={(the_commands, a_nodes)!r}))

@@ -5,14 +5,14 @@ import sys
 import time
 from typing import ClassVar
 
-from tethernet_bringup.domain_claim import DomainClaim
-from tethernet_bringup.flight import Flight, FlightPlan
-from tethernet_bringup.graph import GraphCheck, Publisher
-from tethernet_bringup.interrupts import Interrupts
-from tethernet_bringup.outcome import ExitStatus, FlightRecord, exit_status
-from tethernet_bringup.progress import Display
-from tethernet_bringup.supervisor_settings import SupervisorParameters
-from tethernet_control.parameters import load
+from tethernet_bringup.mission.conductor import Flight, FlightPlan
+from tethernet_bringup.mission.domain_claim import DomainClaim
+from tethernet_bringup.mission.graph import GraphCheck, Publisher
+from tethernet_bringup.mission.interrupts import Interrupts
+from tethernet_bringup.mission.live_display import Display
+from tethernet_bringup.mission.outcome import ExitStatus, FlightRecord, exit_status
+from tethernet_bringup.mission.supervisor_settings import SupervisorParameters
+from tethernet_core.parameters import load
 from tethernet_sim.warm_up import COMPILED, COMPILING
 
 
@@ -89,7 +89,7 @@ def test_what_nobody_foresaw_ends_the_mission_in_order_and_leaves_its_traceback(
 
 HOLDER = """
 import sys
-from tethernet_bringup.domain_claim import DomainClaim
+from tethernet_bringup.mission.domain_claim import DomainClaim
 claim = DomainClaim(901)
 claim.take()
 print("taken", flush=True)

@@ -1,4 +1,4 @@
-from tethernet_bringup.graph import Endpoint, GraphCheck, Publisher, StrangerWatch, exclusive_topics, expected
+from tethernet_bringup.mission.graph import Endpoint, GraphCheck, Publisher, StrangerWatch, exclusive_topics, expected
 
 
 class Graph:

@@ -9,13 +9,19 @@ import numpy as np
 import pytest
 
 from tests import tiny_models
-from tethernet_bringup import arguments, cli, mission_parameters
-from tethernet_control.layout import KNOT_ROWS, nominal_aiming_points
-from tethernet_planner import measured, policies, prediction, shipped_models
-from tethernet_planner.campaign.cases import Case, aim
-from tethernet_planner.flight_digest import flight_digest
-from tethernet_planner.learning.model_file import file_fingerprint
-from tethernet_planner.net_sample import NetSample
+from tethernet_bringup.mission import arguments
+from tethernet_bringup.mission import command_line as cli
+from tethernet_bringup.mission import parameters as mission_parameters
+from tethernet_core.layout import KNOT_ROWS, nominal_aiming_points
+from tethernet_learning import measured
+from tethernet_learning.campaigns.cases import Case, aim
+from tethernet_learning.flight_digest import flight_digest
+from tethernet_planner import policies
+from tethernet_planner import predictors as prediction
+from tethernet_planner.inference import shipped_models
+from tethernet_planner.inference.model_file import file_fingerprint
+from tethernet_planner.inference.net_sample import NetSample
+from tethernet_planner.inference.prediction import Prediction
 from tethernet_sim.scenario import Scenario
 
 DEBRIS = (1.0, -2.0, -50.0)
@@ -51,7 +57,12 @@ def test_without_a_shipped_model_rl_says_so_and_what_to_do(shipped):
     with pytest.raises(policies.PolicyError) as refused:
         policies.check("rl", 8)
     words = str(refused.value)
-    for needed in ("no policy for 8 MUs is shipped", "PATH/policy.safetensors", "learning.ship", "nominal needs none"):
+    for needed in (
+        "no policy for 8 MUs is shipped",
+        "PATH/policy.safetensors",
+        "evaluation.install_model",
+        "nominal needs none",
+    ):
         assert needed in words
     with pytest.raises(prediction.PredictorError, match=r"no surrogate for 8 MUs is shipped.*none needs none"):
         prediction.make("surrogate", 8)
@@ -105,7 +116,7 @@ def test_a_surrogate_predicts_from_positions_and_velocities_relative_to_the_debr
         sample = NetSample(0, (0, 0, 0), (0.0, 0.0, -1.5), 0, mus, knots, velocities, mus, (0.0, 0.0, 0.5))
         return prediction.make(str(file), 8).predict(sample)
 
-    assert told(None) == prediction.Prediction(pytest.approx(1.5), pytest.approx(3.0), pytest.approx(0.5))
+    assert told(None) == Prediction(pytest.approx(1.5), pytest.approx(3.0), pytest.approx(0.5))
     assert told(2).locked_pairs == pytest.approx(3.0 + 1.5)
     assert told(5).locked_pairs == pytest.approx(3.0 + 1.5)
     assert told(4).locked_pairs == pytest.approx(3.0 + 2.0)
@@ -160,7 +171,7 @@ def test_flying_a_trained_policy_needs_no_torch(tmp_path):
     file = tiny_models.policy(tmp_path / "policy.safetensors", 4)
     other = tiny_models.surrogate(tmp_path / "surrogate.safetensors", 4)
     code = (
-        "import sys\nfrom tethernet_planner import policies, prediction\n"
+        "import sys\nfrom tethernet_planner import policies, predictors as prediction\n"
         f"policies.plan({str(file)!r}, 4, (0.0, 0.0, -50.0)); prediction.make({str(other)!r}, 4)\n"
         "print([name for name in ('torch', 'sklearn', 'gymnasium', 'numba') if name in sys.modules])"
     )

@@ -10,13 +10,13 @@ setup(
     maintainer="tethernet maintainers",
     maintainer_email="maintainers@tethernet.invalid",
     packages=find_packages(exclude=["test", "tests"]),
-    package_data={"": ["config/*.yaml", "models/*"]},
+    package_data={"": ["config/*", "models/*", "py.typed"]},
     data_files=[
         ("share/ament_index/resource_index/packages", ["resource/" + NAME]),
         ("share/" + NAME, ["package.xml"]),
     ],
     python_requires=">=3.11",
-    install_requires=["numpy", "pyyaml"],
+    install_requires=["tethernet_ros", "tethernet_core"],
     zip_safe=False,
     entry_points={
         "console_scripts": [

@@ -16,20 +16,7 @@ setup(
         ("share/" + NAME, ["package.xml"]),
     ],
     python_requires=">=3.11",
-    install_requires=[
-        "matplotlib",
-        "numpy",
-        "pyarrow",
-        "pyyaml",
-        "safetensors",
-        "scipy",
-        "tethernet_sim",
-        "tethernet_control",
-    ],
-    extras_require={
-        "learning": ["cma", "gymnasium", "scikit-learn", "stable-baselines3", "torch"],
-        "cluster": ["ray"],
-    },
+    install_requires=["numpy", "safetensors", "scipy", "tethernet_ros", "tethernet_core"],
     zip_safe=False,
     entry_points={
         "console_scripts": [

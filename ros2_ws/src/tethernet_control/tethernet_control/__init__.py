@@ -1,4 +1,4 @@
-"""Control of a tether-net's maneuverable units (MUs): layout, trajectory, control law, mission rules, driver contract.
+"""Control of one maneuverable unit (MU): control law, estimator, controller and its node; the driver contract.
 
-The lowest layer. Modules outside ``tethernet_control.ros`` never import rclpy and need NumPy at most.
+Modules other than ``controller_node``, ``driver_sample`` and ``check_driver`` never import rclpy.
 """

@@ -8,7 +8,7 @@ failed, 2 bad usage.
 from __future__ import annotations
 
 if __name__ == "__main__":
-    from tethernet_control.quiet_start import command_start
+    from tethernet_core.quiet_start import command_start
 
     command_start()
 
@@ -24,16 +24,15 @@ from rclpy.executors import ExternalShutdownException
 from rclpy.node import Node
 from rosgraph_msgs.msg import Clock
 
-from tethernet_control.command import command
-
-from .driver_contract import Finding, Reaction, Sample, check_reaction, check_samples, table
-from .parameters import load
-from .ros import any_quality, executor, topics
-from .ros.any_quality import quality_text
-from .ros.conversions import set_stamp
-from .ros.driver_sample import driver_sample
-from .ros.qos import CONTROL
-from .settings import ControlParameters
+from tethernet_control.driver_contract import Finding, Reaction, Sample, check_reaction, check_samples, table
+from tethernet_control.driver_sample import driver_sample
+from tethernet_core.command import command
+from tethernet_core.parameters import load
+from tethernet_core.settings import ControlParameters
+from tethernet_ros import any_quality, executor, topics
+from tethernet_ros.any_quality import quality_text
+from tethernet_ros.conversions import set_stamp
+from tethernet_ros.qos import CONTROL
 
 _WATCH, _PUSH, _SILENCE = "watch", "push", "silence"
 _FIRST_TICK = 20  # of the simulated clock: a stamp of zero means to many that none was set

@@ -2,38 +2,21 @@
 
 from __future__ import annotations
 
-import enum
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from . import estimator, law
-from .bounds import FARTHEST_M
-from .mission import Mission, Phase, seconds_between
-from .mission_gate import MissionGate
-from .settings import NANOSECOND_S, ControlParameters
-from .step_guard import StampGuard, Step
+from tethernet_control import estimator, law
+from tethernet_control.law import law_numbers
+from tethernet_core.bounds import FARTHEST_M
+from tethernet_core.mission import Mission, Mode, Phase, seconds_between
+from tethernet_core.mission_gate import MissionGate
+from tethernet_core.settings import NANOSECOND_S, ControlParameters
+from tethernet_core.step_guard import StampGuard, Step
 
 ZERO = (0.0, 0.0, 0.0)
 _FARTHEST = FARTHEST_M
 """[m], [m/s] No MU is so far off or so fast: the estimate's arithmetic stays finite."""
-
-
-class Mode(enum.IntEnum):
-    """What the controller does; the numbers are those of tethernet_msgs/MuStatus."""
-
-    IDLE = 0
-    DEPLOYING = 1
-    CLOSING = 2
-    OFF = 3
-    NO_ODOMETRY = 4
-    NO_PLANNER = 5
-    EMPTY = 6
-
-    @property
-    def flying(self) -> bool:
-        """True while the MU is under way: it thrusts, or would."""
-        return self in (Mode.DEPLOYING, Mode.CLOSING, Mode.NO_ODOMETRY, Mode.NO_PLANNER)
 
 
 @dataclass
@@ -89,7 +72,7 @@ class MuController:
         self._planner_ns: int | None = None
         self._start: list[float] | None = None
         self._close_before: tuple = ()
-        self._law = parameters.law()
+        self._law = law_numbers(parameters)
         self._state = [0.0] * 9
         self._covariance = [0.0] * 6
         self._integral = [0.0, 0.0, 0.0]

@@ -6,7 +6,7 @@ Started as ``python -m tethernet_control.controller_node --ros-args -p mu:=3``, 
 from __future__ import annotations
 
 if __name__ == "__main__":
-    from tethernet_control.quiet_start import quiet_start
+    from tethernet_core.quiet_start import quiet_start
 
     quiet_start()
 
@@ -23,22 +23,21 @@ from geometry_msgs.msg import WrenchStamped
 from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
 
+from tethernet_control.controller import ZERO, MuController
+from tethernet_core.layout import FALLBACK, nominal_aiming_points
+from tethernet_core.mission import Mode, Phase
+from tethernet_core.parameters import parameter
+from tethernet_core.settings import NANOSECOND_S, ControlParameters
 from tethernet_msgs.msg import MuStatus
 from tethernet_msgs.srv import PlanAimingPoints
-
-from .controller import ZERO, Mode, MuController
-from .layout import FALLBACK, nominal_aiming_points
-from .mission import Phase
-from .parameters import parameter
-from .ros import checks, executor, topics
-from .ros.checks import MissionNews, PlanAnswer
-from .ros.conversions import point_message, set_stamp
-from .ros.door import Door
-from .ros.parameters import NODE_OPTIONS, declare
-from .ros.qos import CONTROL, STATE
-from .ros.serialized import OdometrySample
-from .ros.well_formed import MessageError
-from .settings import NANOSECOND_S, ControlParameters
+from tethernet_ros import checks, executor, topics
+from tethernet_ros.checks import MissionNews, PlanAnswer
+from tethernet_ros.conversions import point_message, set_stamp
+from tethernet_ros.door import Door
+from tethernet_ros.parameters import NODE_OPTIONS, declare
+from tethernet_ros.qos import CONTROL, STATE
+from tethernet_ros.serialized import OdometrySample
+from tethernet_ros.well_formed import MessageError
 
 
 @dataclass(frozen=True)
@@ -258,7 +257,7 @@ def node_name(args: list[str]) -> str:
 
 
 def main(args: list[str] | None = None) -> int:
-    """Run the node; see :func:`tethernet_control.ros.executor.run` for the exit status."""
+    """Run the node; see :func:`tethernet_ros.executor.run` for the exit status."""
     args = sys.argv if args is None else args
     return executor.run(lambda: ControllerNode(node_name(args)), args)
 

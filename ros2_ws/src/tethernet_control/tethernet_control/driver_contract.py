@@ -8,8 +8,8 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
-from .rotation import NORM_TOLERANCE, turned, unit
-from .settings import ControlParameters
+from tethernet_core.rotation import NORM_TOLERANCE, turned, unit
+from tethernet_core.settings import ControlParameters
 
 _RATE_TOLERANCE = 0.1  # [-] of the rate
 _REACTION_TOLERANCE = 0.25  # [-] of the change of velocity

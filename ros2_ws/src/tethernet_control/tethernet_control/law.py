@@ -10,7 +10,8 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from . import estimator
+from tethernet_control import estimator
+from tethernet_core.settings import ControlParameters
 
 
 class Law(NamedTuple):
@@ -270,3 +271,35 @@ CALLED = (
     estimator.update, estimator.begin, estimator.known,
 )  # fmt: skip
 """Functions that others here call: what compiles one of those must know these too."""
+
+
+def law_numbers(control: ControlParameters) -> Law:
+    """The numbers that the control law and the estimator work with."""
+    return Law(
+        estimate=float(control.estimator == "kalman"),
+        # A filter that is told of no noise at all would divide by zero.
+        position_variance=max(control.position_sigma_m, 1e-6) ** 2,
+        velocity_variance=max(control.velocity_sigma_m_s, 1e-6) ** 2,
+        velocity_noise=control.velocity_noise,
+        disturbance_noise=control.disturbance_noise,
+        innovation_gate=control.innovation_gate,
+        mass=control.known_mass_kg,
+        deployment_time=control.deployment_time_s,
+        ramp_time=control.ramp_time_s,
+        follow_through=control.follow_through_m,
+        kp=control.kp,
+        ki=control.ki,
+        kd=control.kd,
+        feed_forward=float(control.feed_forward),
+        anti_windup=float(control.anti_windup),
+        dead_band=control.dead_band_n,
+        minimum_impulse=control.minimum_impulse_n_s,
+        limit=control.thrust_limit_n,
+        intercept=float(control.closing_law == "intercept"),
+        closing_coast=control.closing_coast_s,
+        closing_dead_band=control.closing_dead_band_m_s,
+        closing_response=control.closing_response_s,
+        shortest_to_go=control.closing_shortest_s,
+        hold_kp=control.closing_hold_kp,
+        hold_kd=control.closing_hold_kd,
+    )

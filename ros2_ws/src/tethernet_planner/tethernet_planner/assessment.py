@@ -9,14 +9,13 @@ from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from tethernet_control.layout import design
-from tethernet_control.mission import Mission, Phase
-from tethernet_control.mission_gate import MissionGate
-from tethernet_control.settings import ControlParameters
-from tethernet_sim.capture_quality import QualityParameters, captured, hull_quality, mouth_area, verdict
-
-from .net_sample import FROM_MUS, FROM_NET, NetSample
-from .prediction import Prediction, Predictor
+from tethernet_core.capture_quality import QualityParameters, captured, hull_quality, mouth_area, verdict
+from tethernet_core.layout import design
+from tethernet_core.mission import Mission, Phase
+from tethernet_core.mission_gate import MissionGate
+from tethernet_core.settings import ControlParameters
+from tethernet_planner.inference.net_sample import FROM_MUS, FROM_NET, NetSample
+from tethernet_planner.inference.prediction import Prediction, Predictor
 
 _KEPT = 16
 """Samples kept for a mission state that comes later than the samples it speaks of."""

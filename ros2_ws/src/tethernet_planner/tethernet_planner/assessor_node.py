@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 if __name__ == "__main__":
-    from tethernet_control.quiet_start import quiet_start
+    from tethernet_core.quiet_start import quiet_start
 
     quiet_start()
 
@@ -14,29 +14,28 @@ import numpy as np
 from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
 
-from tethernet_control import unknown
-from tethernet_control.layout import design
-from tethernet_control.parameters import ParameterError
-from tethernet_control.ros import checks, executor, topics
-from tethernet_control.ros.checks import MissionNews, NetMeasurement
-from tethernet_control.ros.conversions import Vector, set_stamp
-from tethernet_control.ros.door import Door
-from tethernet_control.ros.newest_odometry import NewestOdometry
-from tethernet_control.ros.parameters import NODE_OPTIONS, declare
-from tethernet_control.ros.qos import BULK, CONTROL, STATE, STATE_BACKLOG
-from tethernet_control.ros.serialized import OdometrySample
-from tethernet_control.ros.well_formed import MessageError
-from tethernet_control.settings import ControlParameters, MissionParameters
-from tethernet_control.shown import shown
-from tethernet_control.step_guard import StampGuard
+from tethernet_core import unknown
+from tethernet_core.capture_quality import QualityParameters
+from tethernet_core.layout import design
+from tethernet_core.parameters import ParameterError
+from tethernet_core.settings import ControlParameters, MissionParameters
+from tethernet_core.shown import shown
+from tethernet_core.step_guard import StampGuard
 from tethernet_msgs.msg import CaptureAssessment
-from tethernet_sim.capture_quality import QualityParameters
-
-from . import prediction
-from .assessment import Assessment, CaptureAssessor
-from .net_sample import NetSample
-from .settings import AssessorParameters
-from .swarm import DockedPairs, SwarmCentroid
+from tethernet_planner import predictors as prediction
+from tethernet_planner.assessment import Assessment, CaptureAssessor
+from tethernet_planner.inference.net_sample import NetSample
+from tethernet_planner.settings import AssessorParameters
+from tethernet_planner.swarm import DockedPairs, SwarmCentroid
+from tethernet_ros import checks, executor, topics
+from tethernet_ros.checks import MissionNews, NetMeasurement
+from tethernet_ros.conversions import Vector, set_stamp
+from tethernet_ros.door import Door
+from tethernet_ros.newest_odometry import NewestOdometry
+from tethernet_ros.parameters import NODE_OPTIONS, declare
+from tethernet_ros.qos import BULK, CONTROL, STATE, STATE_BACKLOG
+from tethernet_ros.serialized import OdometrySample
+from tethernet_ros.well_formed import MessageError
 
 _POLL_S = 0.25  # [s] wall time between two looks whether the verdict is overdue
 _WAITING = 400
@@ -163,7 +162,7 @@ class AssessorNode(Node):
 
 
 def main(args: list[str] | None = None) -> int:
-    """Run the node; see :func:`tethernet_control.ros.executor.run` for the exit status."""
+    """Run the node; see :func:`tethernet_ros.executor.run` for the exit status."""
     return executor.run(AssessorNode, args)
 
 

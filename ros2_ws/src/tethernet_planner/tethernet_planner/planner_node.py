@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 if __name__ == "__main__":
-    from tethernet_control.quiet_start import quiet_start
+    from tethernet_core.quiet_start import quiet_start
 
     quiet_start()
 
@@ -18,30 +18,29 @@ from rclpy.node import Node
 from std_msgs.msg import Header
 from std_srvs.srv import Trigger
 
-from tethernet_control.controller import Mode
-from tethernet_control.layout import FALLBACK, design
-from tethernet_control.mission import Mission, Phase, check_debris_position, seconds_between
-from tethernet_control.parameters import ParameterError
-from tethernet_control.ros import checks, diagnostics, executor, topics
-from tethernet_control.ros.checks import NetMeasurement, PlanRequest
-from tethernet_control.ros.conversions import mission_message, nanoseconds, point_message, set_stamp
-from tethernet_control.ros.door import Door
-from tethernet_control.ros.newest_odometry import NewestOdometry
-from tethernet_control.ros.parameters import NODE_OPTIONS, declare
-from tethernet_control.ros.qos import BULK, CONTROL, STATE, STATE_BACKLOG
-from tethernet_control.ros.serialized import OdometrySample
-from tethernet_control.ros.well_formed import MessageError
-from tethernet_control.settings import NANOSECOND_S, ControlParameters, MissionParameters
-from tethernet_control.shown import SHORT, shown
-from tethernet_control.step_guard import StampGuard, Step
+from tethernet_core.layout import FALLBACK, design
+from tethernet_core.mission import Mission, Mode, Phase, seconds_between
+from tethernet_core.parameters import ParameterError
+from tethernet_core.settings import NANOSECOND_S, ControlParameters, MissionParameters
+from tethernet_core.shown import SHORT, shown
+from tethernet_core.step_guard import StampGuard, Step
 from tethernet_msgs.msg import MissionState, MuStatus
 from tethernet_msgs.srv import PlanAimingPoints
-
-from . import policies
-from .lookout import DebrisMotion, Lookout
-from .sequencer import MissionSequencer, mu_names
-from .settings import PlannerParameters
-from .swarm import DockedPairs, SwarmCentroid
+from tethernet_planner import policies
+from tethernet_planner.closing_watch import DebrisMotion, Lookout
+from tethernet_planner.mission_rules import check_debris_position
+from tethernet_planner.sequencer import MissionSequencer, mu_names
+from tethernet_planner.settings import PlannerParameters
+from tethernet_planner.swarm import DockedPairs, SwarmCentroid
+from tethernet_ros import checks, diagnostics, executor, topics
+from tethernet_ros.checks import NetMeasurement, PlanRequest
+from tethernet_ros.conversions import mission_message, nanoseconds, point_message, set_stamp
+from tethernet_ros.door import Door
+from tethernet_ros.newest_odometry import NewestOdometry
+from tethernet_ros.parameters import NODE_OPTIONS, declare
+from tethernet_ros.qos import BULK, CONTROL, STATE, STATE_BACKLOG
+from tethernet_ros.serialized import OdometrySample
+from tethernet_ros.well_formed import MessageError
 
 _POLL_S = 0.05  # [s] wall time between two looks at the deadlines
 _UNKNOWN = (math.nan,) * 3
@@ -305,7 +304,7 @@ class PlannerNode(Node):
 
 
 def main(args: list[str] | None = None) -> int:
-    """Run the node; see :func:`tethernet_control.ros.executor.run` for the exit status."""
+    """Run the node; see :func:`tethernet_ros.executor.run` for the exit status."""
     return executor.run(PlannerNode, args)
 
 

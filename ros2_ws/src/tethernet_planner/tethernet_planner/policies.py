@@ -8,14 +8,13 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
-from tethernet_control.layout import FALLBACK, design, nominal_aiming_points
-from tethernet_control.parameters import defaults
-from tethernet_control.shown import SHORT, shown
-
-from . import shipped_models
-from .learning.model_file import ModelFileError, file_fingerprint
-from .learning.policy_file import AimingPolicy, OutsideTrainingError
-from .settings import PlannerParameters
+from tethernet_core.layout import FALLBACK, design, nominal_aiming_points
+from tethernet_core.parameters import defaults
+from tethernet_core.shown import SHORT, shown
+from tethernet_planner.inference import shipped_models
+from tethernet_planner.inference.model_file import ModelFileError, file_fingerprint
+from tethernet_planner.inference.policy_file import AimingPolicy, OutsideTrainingError
+from tethernet_planner.settings import PlannerParameters
 
 Point = tuple[float, float, float]
 Policy = Callable[[int, Point], list[Point]]

@@ -11,18 +11,10 @@ import math
 import time
 from collections.abc import Callable, Iterable
 
-from tethernet_control.mission import (
-    Mission,
-    Phase,
-    abort,
-    advance,
-    arm,
-    check_debris_position,
-    launch,
-    seconds_between,
-)
-from tethernet_control.plan_ahead import PlanAhead
-from tethernet_control.settings import NANOSECOND_S, ControlParameters, MissionParameters
+from tethernet_core.mission import Mission, Phase, abort, arm, launch, seconds_between
+from tethernet_core.settings import NANOSECOND_S, ControlParameters, MissionParameters
+from tethernet_planner.mission_rules import advance, check_debris_position
+from tethernet_planner.plan_ahead import PlanAhead
 
 Publish = Callable[[Mission, int, bool, str], None]
 """Publishes a state: mission, stamp [ns], confirmed, reason."""
@@ -32,7 +24,7 @@ Beat = Callable[[int], None]
 
 
 class MissionSequencer:
-    """Leads one mission from start to end. The rules themselves are those of :mod:`tethernet_control.mission`."""
+    """Leads one mission from start to end. The rules themselves are those of :mod:`tethernet_core.mission`."""
 
     def __init__(
         self,
@@ -118,7 +110,7 @@ class MissionSequencer:
                 goes on.
             debris_position: the debris' centre of mass [m]; NaN likewise.
             locked: which closing pairs are locked; empty where nobody knows.
-            look: see :func:`tethernet_control.mission.advance`.
+            look: see :func:`tethernet_planner.mission_rules.advance`.
         """
         self.saw_time(stamp_ns)
         if self.confirmed:

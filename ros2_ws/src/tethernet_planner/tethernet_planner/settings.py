@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import ClassVar
 
-from tethernet_control.parameters import ParameterError, parameter
+from tethernet_core.parameters import ParameterError, parameter
 
 _CONFIG = Path(__file__).parent / "config"
 

@@ -9,9 +9,9 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from tethernet_control.layout import design
-from tethernet_control.settings import ControlParameters
-from tethernet_control.step_guard import StampGuard, Step
+from tethernet_core.layout import design
+from tethernet_core.settings import ControlParameters
+from tethernet_core.step_guard import StampGuard, Step
 
 Point = tuple[float, float, float]
 

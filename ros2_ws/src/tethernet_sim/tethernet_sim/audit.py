@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from tethernet_control.rotation import inverse, rotate
-
-from .model import KNOTS, Model
-from .state import ATTITUDE, CHASER, DEBRIS, MOMENTUM, POSITION, VELOCITY, State
+from tethernet_core.rotation import inverse, rotate
+from tethernet_sim.model import KNOTS, Model
+from tethernet_sim.state import ATTITUDE, CHASER, DEBRIS, MOMENTUM, POSITION, VELOCITY, State
 
 
 def particle_masses(model: Model) -> np.ndarray:
@@ -68,7 +67,7 @@ def kinetic_energy(model: Model, state: State) -> np.ndarray:
 
 def elastic_energy(model: Model, state: State) -> np.ndarray:
     """Energy in threads, tether, winches' threads, joints, contacts (normal and friction springs) [J], shape (B,)."""
-    from .kernels.contact import surface
+    from tethernet_sim.kernels.contact import surface
 
     mesh, mu = thread_lengths(model, state)
     total = 0.5 * model.numbers.stiffness * np.sum(np.maximum(mesh - model.numbers.mesh, 0.0) ** 2, axis=1)

@@ -10,11 +10,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from . import audit
-from .fly import Settings, fly
-from .kernels import energy as book
-from .scenario import Outcome, Scenario
-from .world import World
+from tethernet_sim import audit
+from tethernet_sim.fly import Settings, fly
+from tethernet_sim.kernels import energy as book
+from tethernet_sim.scenario import Outcome, Scenario
+from tethernet_sim.world import World
 
 
 @dataclass(frozen=True)

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from tethernet_control.settings import NANOSECOND_S, ControlParameters
-
-from .scenario import Failure
+from tethernet_core.settings import NANOSECOND_S, ControlParameters
+from tethernet_sim.scenario import Failure
 
 
 class MuFailure:

@@ -10,20 +10,21 @@ from dataclasses import asdict, dataclass
 
 import numpy as np
 
-from tethernet_control import closing
-from tethernet_control.mission import Mission, Phase, advance, arm, launch, seconds_between
-from tethernet_control.parameters import load
-from tethernet_control.plan_ahead import PlanAhead
-from tethernet_control.settings import NANOSECOND_S, ControlParameters, MissionParameters, paper
-
-from .capture_quality import QualityParameters, captured, hull_quality, mouth_area, verdict
-from .failure import MuFailure
-from .kernels import control as control_kernels
-from .scenario import Outcome, Scenario
-from .sensors import OdometryNoise
-from .settings import PhysicsParameters, check_together
-from .state import DEBRIS
-from .world import World, divergence
+from tethernet_control.law import law_numbers
+from tethernet_core.capture_quality import QualityParameters, captured, hull_quality, mouth_area, verdict
+from tethernet_core.mission import Mission, Phase, arm, launch, seconds_between
+from tethernet_core.parameters import load
+from tethernet_core.settings import NANOSECOND_S, ControlParameters, MissionParameters, paper
+from tethernet_planner import closing
+from tethernet_planner.mission_rules import advance
+from tethernet_planner.plan_ahead import PlanAhead
+from tethernet_sim.failure import MuFailure
+from tethernet_sim.kernels import control as control_kernels
+from tethernet_sim.scenario import Outcome, Scenario
+from tethernet_sim.sensors import OdometryNoise
+from tethernet_sim.settings import PhysicsParameters, check_together
+from tethernet_sim.state import DEBRIS
+from tethernet_sim.world import World, divergence
 
 CHUNK = 64
 """Scenarios flown together: enough to keep all cores busy until the last one ends, small enough for the caches."""
@@ -146,7 +147,7 @@ class _Flight:
         self.aim = np.array([s.aiming_points() for s in scenarios])
         self.close = self.aim.copy()
         self.start = np.zeros((batch, mus, 3))
-        self.law = settings.control.law()
+        self.law = law_numbers(settings.control)
         self.estimate = np.zeros((batch, mus, 9))
         self.covariance = np.zeros((batch, mus, 6))
         self.integral = np.zeros((batch, mus, 3))

@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field
 
-from tethernet_control.mission import seconds_between
-from tethernet_control.settings import ControlParameters
+from tethernet_core.mission import seconds_between
+from tethernet_core.settings import ControlParameters
 
 ZERO = (0.0, 0.0, 0.0)
 

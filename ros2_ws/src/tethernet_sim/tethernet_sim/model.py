@@ -6,10 +6,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from tethernet_control.layout import KNOT_ROWS, design
-from tethernet_control.settings import MissionParameters
-
-from .settings import PhysicsParameters
+from tethernet_core.layout import KNOT_ROWS, design
+from tethernet_core.settings import MissionParameters
+from tethernet_sim.settings import PhysicsParameters
 
 KNOTS = KNOT_ROWS * KNOT_ROWS
 CENTRAL_KNOT = KNOTS // 2

@@ -7,11 +7,10 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from tethernet_control.layout import design
-from tethernet_control.mission import Point
-from tethernet_control.parameters import build, defaults
-
-from .settings import ScenarioParameters
+from tethernet_core.layout import design
+from tethernet_core.mission import Point
+from tethernet_core.parameters import build, defaults
+from tethernet_sim.settings import ScenarioParameters
 
 FAILURES = ("no_thrust", "stuck_thrust", "no_odometry")
 """What may happen to an MU: its thrusters are dead; its thrusters go on with what they were told last, whatever is

@@ -6,7 +6,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from tethernet_control.settings import ControlParameters
+from tethernet_core.settings import ControlParameters
 
 AHEAD = 100
 """Control ticks drawn at once."""

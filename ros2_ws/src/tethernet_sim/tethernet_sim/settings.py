@@ -10,9 +10,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import ClassVar
 
-from tethernet_control.layout import DESIGNS, KNOT_ROWS
-from tethernet_control.parameters import ParameterError, parameter
-from tethernet_control.settings import ControlParameters, MissionParameters
+from tethernet_core.layout import DESIGNS, KNOT_ROWS
+from tethernet_core.parameters import ParameterError, parameter
+from tethernet_core.settings import ControlParameters, MissionParameters
 
 _CONFIG = Path(__file__).parent / "config"
 
@@ -128,7 +128,7 @@ class PhysicsParameters:
                 f"PhysicsParameters.mesh_m = {self.mesh_m:g}: the closing plan and the mouth count on a net of "
                 f"{KNOT_ROWS - 1} m, {KNOT_ROWS} knots {MESH_M:g} m apart; allowed: {MESH_M:g} m"
             )
-        from .stability import largest_step_of  # numpy behind it takes longer than all else here
+        from tethernet_sim.stability import largest_step_of  # numpy behind it takes longer than all else here
 
         largest = largest_step_of(self)
         if self.time_step_s > largest:

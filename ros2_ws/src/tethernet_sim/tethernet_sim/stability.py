@@ -18,12 +18,11 @@ import math
 
 import numpy as np
 
-from tethernet_control.layout import DESIGNS, KNOT_ROWS
-from tethernet_control.parameters import load
-from tethernet_control.settings import MissionParameters
-
-from .model import Model, build_model
-from .settings import PhysicsParameters
+from tethernet_core.layout import DESIGNS, KNOT_ROWS
+from tethernet_core.parameters import load
+from tethernet_core.settings import MissionParameters
+from tethernet_sim.model import Model, build_model
+from tethernet_sim.settings import PhysicsParameters
 
 _ITERATIONS = 200
 

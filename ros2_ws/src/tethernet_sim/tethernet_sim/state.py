@@ -6,11 +6,10 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 
-from tethernet_control.layout import KNOT_ROWS
-from tethernet_control.rotation import rotate
-
-from .model import KNOTS, Model
-from .settings import PhysicsParameters
+from tethernet_core.layout import KNOT_ROWS
+from tethernet_core.rotation import rotate
+from tethernet_sim.model import KNOTS, Model
+from tethernet_sim.settings import PhysicsParameters
 
 DEBRIS, CHASER = 0, 1
 POSITION, VELOCITY, ATTITUDE, MOMENTUM = slice(0, 3), slice(3, 6), slice(6, 10), slice(10, 13)

@@ -6,7 +6,7 @@ One process compiles, so that the processes of a mission, and the workers of a c
 from __future__ import annotations
 
 if __name__ == "__main__":
-    from tethernet_control.quiet_start import command_start
+    from tethernet_core.quiet_start import command_start
 
     command_start()
 
@@ -15,7 +15,7 @@ import time
 from collections.abc import Callable
 from typing import Any
 
-from tethernet_control.command import command
+from tethernet_core.command import command
 
 COMPILING = "compiling the physics kernels"
 COMPILED = "compiled the physics kernels"
@@ -24,8 +24,8 @@ COMPILED = "compiled the physics kernels"
 @command
 def main() -> int:
     """Compile every kernel by flying a fifth of a second of each design. Returns 0."""
-    from .fly import Settings, fly
-    from .scenario import Scenario
+    from tethernet_sim.fly import Settings, fly
+    from tethernet_sim.scenario import Scenario
 
     # A trigger at once and a short capture lead through closing and contact search too.
     settings = Settings.load(mission={"trigger_distance_m": 50.0, "capture_duration_s": 1.0})
@@ -47,11 +47,10 @@ def load_kernels(say: Callable[[str], None]) -> None:
     import numpy as np
     from numba.core import event
 
-    from tethernet_control.parameters import load
-    from tethernet_control.settings import ControlParameters, MissionParameters
-
-    from .settings import PhysicsParameters, ScenarioParameters
-    from .world import World
+    from tethernet_core.parameters import load
+    from tethernet_core.settings import ControlParameters, MissionParameters
+    from tethernet_sim.settings import PhysicsParameters, ScenarioParameters
+    from tethernet_sim.world import World
 
     class Watch(event.Listener):
         began: float | None = None

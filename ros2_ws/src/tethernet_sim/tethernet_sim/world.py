@@ -6,15 +6,14 @@ import math
 
 import numpy as np
 
-from tethernet_control.bounds import FARTHEST_M, FASTEST_M_S, FASTEST_RAD_S
-from tethernet_control.rotation import inverse, matrix, rotate
-from tethernet_control.settings import ControlParameters, MissionParameters
-
-from . import cores
-from .kernels import step
-from .model import CENTRAL_KNOT, Model, build_model
-from .settings import PhysicsParameters, check_together
-from .state import ATTITUDE, CHASER, DEBRIS, MOMENTUM, POSITION, VELOCITY, State, initial_state
+from tethernet_core.bounds import FARTHEST_M, FASTEST_M_S, FASTEST_RAD_S
+from tethernet_core.rotation import inverse, matrix, rotate
+from tethernet_core.settings import ControlParameters, MissionParameters
+from tethernet_sim import cores
+from tethernet_sim.kernels import step
+from tethernet_sim.model import CENTRAL_KNOT, Model, build_model
+from tethernet_sim.settings import PhysicsParameters, check_together
+from tethernet_sim.state import ATTITUDE, CHASER, DEBRIS, MOMENTUM, POSITION, VELOCITY, State, initial_state
 
 
 def divergence(elapsed_s: float) -> str:

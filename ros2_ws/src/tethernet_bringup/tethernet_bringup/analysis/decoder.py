@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from ..bag_metadata import MessageType
+from tethernet_bringup.bags.metadata import MessageType
 
 
 class Decoder:

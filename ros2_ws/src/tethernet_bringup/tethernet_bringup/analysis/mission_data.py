@@ -16,16 +16,15 @@ from typing import Any
 import numpy as np
 import yaml
 
-from tethernet_control.mission import Phase
-from tethernet_control.ros import topics
-from tethernet_control.settings import NANOSECOND_S
-from tethernet_control.shown import shown
-from tethernet_control.unknown import restore
-
-from ..bag_errors import NotABagError
-from ..bag_reader import BagMessage, BagReader
-from ..bag_writer import RUN_INFO_RECORD
-from .decoder import Decoder
+from tethernet_bringup.analysis.decoder import Decoder
+from tethernet_bringup.bags.errors import NotABagError
+from tethernet_bringup.bags.reader import BagMessage, BagReader
+from tethernet_bringup.bags.writer import RUN_INFO_RECORD
+from tethernet_core.mission import Phase
+from tethernet_core.settings import NANOSECOND_S
+from tethernet_core.shown import shown
+from tethernet_core.unknown import restore
+from tethernet_ros import topics
 
 _MU_TOPIC = re.compile(r"/mu(\d+)/(odom|thrust|status)$")
 _PARAMETERS = "parameters"

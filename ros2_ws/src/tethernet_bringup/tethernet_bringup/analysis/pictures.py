@@ -5,13 +5,13 @@ from __future__ import annotations
 import math
 from pathlib import Path
 
-from ..bag_errors import BagError
-from ..bag_reader import BagReader
-from . import plots, scene, snapshots
-from .evaluation import SETTLED_S, net_distance, report, tracking_error
-from .mission_data import MissionData
-from .snapshots import Snapshot
-from .table import verdict
+from tethernet_bringup.analysis import plots, scene, snapshots
+from tethernet_bringup.analysis.metrics import SETTLED_S, net_distance, report, tracking_error
+from tethernet_bringup.analysis.mission_data import MissionData
+from tethernet_bringup.analysis.snapshots import Snapshot
+from tethernet_bringup.analysis.table import verdict
+from tethernet_bringup.bags.errors import BagError
+from tethernet_bringup.bags.reader import BagReader
 
 _RESOLUTION_DPI = 130
 

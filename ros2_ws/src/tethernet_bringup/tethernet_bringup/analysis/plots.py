@@ -4,13 +4,12 @@ from __future__ import annotations
 
 from typing import Any
 
-from tethernet_control.layout import DESIGNS
-from tethernet_control.mission import Phase
-
-from .evaluation import curve, error_source, net_distance, quality, thrust_curve, tracking_error
-from .mission_data import MissionData, find_number
-from .punctuality import closing_start, delay_text
-from .scene import mu_color
+from tethernet_bringup.analysis.metrics import curve, error_source, net_distance, quality, thrust_curve, tracking_error
+from tethernet_bringup.analysis.mission_data import MissionData, find_number
+from tethernet_bringup.analysis.punctuality import closing_start, delay_text
+from tethernet_bringup.analysis.scene import mu_color
+from tethernet_core.layout import DESIGNS
+from tethernet_core.mission import Phase
 
 _AXIS_COLORS = ("#D55E00", "#009E73", "#0072B2")
 _CQI_SHOWN = 12.0

@@ -9,12 +9,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from tethernet_control.controller import Mode
-from tethernet_control.mission import Phase
-from tethernet_control.parameters import load
-from tethernet_control.settings import ControlParameters
-
-from .mission_data import MissionData, find_number
+from tethernet_bringup.analysis.mission_data import MissionData, find_number
+from tethernet_core.mission import Mode, Phase
+from tethernet_core.parameters import load
+from tethernet_core.settings import ControlParameters
 
 
 @dataclass(frozen=True)

@@ -13,10 +13,9 @@ from typing import Any
 
 import numpy as np
 
-from tethernet_control.layout import DESIGNS
-from tethernet_control.rotation import matrix
-
-from .snapshots import Snapshot
+from tethernet_bringup.analysis.snapshots import Snapshot
+from tethernet_core.layout import DESIGNS
+from tethernet_core.rotation import matrix
 
 # Okabe and Ito's colours: told apart by everybody, in print too.
 MU_COLORS = ("#0072B2", "#E69F00", "#009E73", "#D55E00", "#56B4E9", "#CC79A7", "#8C6D00", "#444444")

@@ -6,12 +6,11 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from tethernet_control.ros import topics
-from tethernet_control.settings import NANOSECOND_S
-
-from ..bag_reader import BagReader
-from .decoder import Decoder
-from .mission_data import MissionData, Series
+from tethernet_bringup.analysis.decoder import Decoder
+from tethernet_bringup.analysis.mission_data import MissionData, Series
+from tethernet_bringup.bags.reader import BagReader
+from tethernet_core.settings import NANOSECOND_S
+from tethernet_ros import topics
 
 EARLY_SHARE = 0.45
 """Early deployment is shown at this share of the time to the trigger: the net is half open then."""

@@ -7,10 +7,7 @@ import re
 from pathlib import Path
 from typing import Any
 
-from tethernet_control.layout import DESIGNS
-from tethernet_control.mission import Phase
-
-from .evaluation import (
+from tethernet_bringup.analysis.metrics import (
     SETTLED_S,
     error_source,
     missing,
@@ -21,8 +18,10 @@ from .evaluation import (
     report,
     topic_report,
 )
-from .mission_data import MissionData
-from .punctuality import ClosingStart, closing_start, delay_text, late_decisions
+from tethernet_bringup.analysis.mission_data import MissionData
+from tethernet_bringup.analysis.punctuality import ClosingStart, closing_start, delay_text, late_decisions
+from tethernet_core.layout import DESIGNS
+from tethernet_core.mission import Phase
 
 _MU_TOPIC = re.compile(r"/mu(\d+)/(\w+)$")
 

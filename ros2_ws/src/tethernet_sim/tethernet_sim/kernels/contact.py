@@ -8,9 +8,9 @@ import math
 
 import numpy as np
 
-from ..model import KNOTS, PARTICLE_ROOM
-from .listing import listed
-from .options import leaf
+from tethernet_sim.kernels.listing import listed
+from tethernet_sim.kernels.options import leaf
+from tethernet_sim.model import KNOTS, PARTICLE_ROOM
 
 SPEED_FACTOR, SPEED_MARGIN_M_S = 2.0, 2.0
 """Until the next search no particle gets faster relative to the debris than this factor times the fastest now, plus

@@ -5,8 +5,7 @@ from __future__ import annotations
 from numba.extending import register_jitable
 
 from tethernet_control import estimator, law
-
-from .options import strict
+from tethernet_sim.kernels.options import strict
 
 for _function in law.CALLED:
     register_jitable(_function)

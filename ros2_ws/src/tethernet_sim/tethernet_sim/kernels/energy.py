@@ -12,13 +12,12 @@ import math
 
 import numpy as np
 
-from tethernet_control.layout import KNOT_ROWS
-
-from ..model import CENTRAL_KNOT, KNOTS
-from .contact import surface
-from .options import outer, strict
-from .rigid_body import angular_rate, rotation_matrix
-from .step import advance_scenario
+from tethernet_core.layout import KNOT_ROWS
+from tethernet_sim.kernels.contact import surface
+from tethernet_sim.kernels.options import outer, strict
+from tethernet_sim.kernels.rigid_body import angular_rate, rotation_matrix
+from tethernet_sim.kernels.step import advance_scenario
+from tethernet_sim.model import CENTRAL_KNOT, KNOTS
 
 WORK, THRUST, WINCH_IN, JOINT_IN, THREADS, TETHER, CONTACT, FRICTION, WINCH_SLIP, JOINTS = range(10)
 TERMS = 10

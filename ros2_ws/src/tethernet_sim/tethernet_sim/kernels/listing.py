@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from .options import leaf
+from tethernet_sim.kernels.options import leaf
 
 
 @leaf

@@ -11,6 +11,7 @@ import numba
 from numba.core import config
 
 import tethernet_control
+import tethernet_core
 
 FAST = {"contract", "nsz", "arcp", "reassoc"}
 """Relaxed arithmetic that keeps NaN and infinity visible: a diverging run must be seen, not optimised away."""
@@ -19,11 +20,12 @@ FAST = {"contract", "nsz", "arcp", "reassoc"}
 def _sources() -> list[Path]:
     """Every file whose text ends up in compiled code."""
     kernels = Path(__file__).parent
-    control = Path(tethernet_control.__file__).parent
+    control, core = Path(tethernet_control.__file__).parent, Path(tethernet_core.__file__).parent
     return [
         *sorted(kernels.glob("*.py")),
         kernels.parent / "model.py",
-        *(control / n for n in ("law.py", "estimator.py", "rotation.py")),
+        *(control / n for n in ("law.py", "estimator.py")),
+        core / "rotation.py",
     ]
 
 

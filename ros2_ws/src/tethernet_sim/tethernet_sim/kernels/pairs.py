@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import math
 
+from tethernet_sim.kernels.options import leaf
 from tethernet_sim.model import KNOTS
-
-from .options import leaf
 
 
 @leaf

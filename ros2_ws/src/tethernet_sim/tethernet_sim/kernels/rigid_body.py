@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import math
 
-from tethernet_control.rotation import entries
-
-from .options import leaf
+from tethernet_core.rotation import entries
+from tethernet_sim.kernels.options import leaf
 
 _entries = leaf(entries)
 

@@ -6,10 +6,10 @@ import math
 
 import numpy as np
 
-from ..model import CENTRAL_KNOT, KNOTS
-from . import contact, pairs, rigid_body, threads
-from .listing import listed
-from .options import kernel, leaf, merged, outer
+from tethernet_sim.kernels import contact, pairs, rigid_body, threads
+from tethernet_sim.kernels.listing import listed
+from tethernet_sim.kernels.options import kernel, leaf, merged, outer
+from tethernet_sim.model import CENTRAL_KNOT, KNOTS
 
 
 @leaf

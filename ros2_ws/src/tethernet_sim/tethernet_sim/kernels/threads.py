@@ -10,10 +10,9 @@ from __future__ import annotations
 
 import math
 
-from tethernet_control.layout import KNOT_ROWS
-
-from ..model import KNOTS
-from .options import leaf
+from tethernet_core.layout import KNOT_ROWS
+from tethernet_sim.kernels.options import leaf
+from tethernet_sim.model import KNOTS
 
 ROW_THREADS = KNOTS - 1
 """Threads along rows, numbered by their first knot; the entries where a row ends have no thread."""

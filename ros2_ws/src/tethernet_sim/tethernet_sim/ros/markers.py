@@ -7,14 +7,13 @@ from geometry_msgs.msg import Point
 from std_msgs.msg import ColorRGBA
 from visualization_msgs.msg import Marker, MarkerArray
 
-from tethernet_control.layout import KNOT_ROWS
-from tethernet_control.ros import topics
-from tethernet_control.ros.conversions import set_stamp
-
-from ..model import CENTRAL_KNOT, KNOTS
-from ..state import ATTITUDE, CHASER, DEBRIS, POSITION
-from ..world import World
-from .messages import set_quaternion, set_xyz
+from tethernet_core.layout import KNOT_ROWS
+from tethernet_ros import topics
+from tethernet_ros.conversions import set_stamp
+from tethernet_sim.model import CENTRAL_KNOT, KNOTS
+from tethernet_sim.ros.messages import set_quaternion, set_xyz
+from tethernet_sim.state import ATTITUDE, CHASER, DEBRIS, POSITION
+from tethernet_sim.world import World
 
 _NET = (0.15, 0.45, 0.85, 1.0)
 _MU = (0.9, 0.35, 0.1, 1.0)

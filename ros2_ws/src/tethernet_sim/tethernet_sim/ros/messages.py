@@ -9,14 +9,13 @@ from geometry_msgs.msg import TransformStamped
 from nav_msgs.msg import Odometry
 from tf2_msgs.msg import TFMessage
 
-from tethernet_control.layout import KNOT_ROWS
-from tethernet_control.ros import topics
-from tethernet_control.ros.conversions import set_stamp
-from tethernet_control.settings import ControlParameters
+from tethernet_core.layout import KNOT_ROWS
+from tethernet_core.settings import ControlParameters
 from tethernet_msgs.msg import NetState
-
-from ..state import ATTITUDE, CHASER, DEBRIS, POSITION
-from ..world import World
+from tethernet_ros import topics
+from tethernet_ros.conversions import set_stamp
+from tethernet_sim.state import ATTITUDE, CHASER, DEBRIS, POSITION
+from tethernet_sim.world import World
 
 UNKNOWN_VARIANCE = 1e6
 """Variance of what is not measured: an MU's attitude [rad^2] and angular rate [rad^2/s^2]."""

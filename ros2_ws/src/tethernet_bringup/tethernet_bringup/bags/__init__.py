@@ -1,0 +1,1 @@
+"""Recordings: writing, reading, what is left of a damaged one."""

@@ -1,0 +1,1 @@
+"""One mission over ROS 2: processes, phases, outcome."""

@@ -1,0 +1,104 @@
+"""What a person sees of a mission: one live line on a terminal, plain lines now and then elsewhere."""
+
+from __future__ import annotations
+
+import math
+import shutil
+import time
+from typing import TextIO
+
+from tethernet_bringup.mission.outcome import FlightRecord
+from tethernet_core.mission import Phase
+
+_LIVE_PERIOD_S = 0.2
+_PHASE_TEXT = {
+    Phase.ARMED: "armed: the MUs fetch their aiming points",
+    Phase.DEPLOYING: "launch: the MUs pull the net open",
+    Phase.CLOSING: "trigger: the net closes",
+    Phase.COMPLETE: "end of the capture",
+    Phase.MISSED: "missed",
+    Phase.ABORTED: "aborted",
+}
+
+
+class Display:
+    """Prints the progress of a mission. A reader that goes away does not disturb the mission."""
+
+    def __init__(self, stream: TextIO, report_period_s: float, live: bool | None = None):
+        """Args:
+        stream: where to print.
+        report_period_s: mission time between two plain lines [s].
+        live: whether the last line may be overwritten; by default, whether ``stream`` is a terminal.
+        """
+        self._stream = stream
+        self._period = report_period_s
+        self._live = stream.isatty() if live is None else live
+        self._shown = 0.0
+        self._open_line = False
+        self._next_report_s = 0.0
+        self._phase: Phase | None = None
+
+    def note(self, text: str) -> None:
+        """A line, or several, to stay."""
+        self._write(("\r\x1b[K" if self._open_line else "") + text + "\n")
+        self._open_line = False
+
+    def live(self, text: str) -> None:
+        """A line that the next one overwrites; nothing where there is no terminal."""
+        now = time.monotonic()
+        if self._live and now - self._shown >= _LIVE_PERIOD_S:
+            self._shown = now
+            self._overwrite(text)
+
+    def flight(self, record: FlightRecord) -> None:
+        """Show where the mission stands, as often as it helps."""
+        if record.phase != self._phase:
+            self._phase = record.phase
+            if record.phase in _PHASE_TEXT:
+                self.note(_phase_line(record))
+        if not record.launched or record.phase.over:
+            return
+        if self._live:
+            self.live(flight_line(record))
+        elif record.time_s is not None and record.time_s >= self._next_report_s:
+            self._next_report_s = (math.floor(record.time_s / self._period) + 1) * self._period
+            self.note(flight_line(record))
+
+    def _overwrite(self, text: str) -> None:
+        width = shutil.get_terminal_size().columns - 1
+        self._write("\r\x1b[K" + text[:width])
+        self._open_line = True
+
+    def _write(self, text: str) -> None:
+        try:
+            self._stream.write(text)
+            self._stream.flush()
+        except (OSError, ValueError):  # the reader is gone; the mission matters more
+            self._write = lambda _: None
+
+
+def flight_line(record: FlightRecord) -> str:
+    """Time, phase, distance, tracking error, fuel, locked pairs in one line that fits into 80 columns."""
+    statuses, progress = record.statuses.values(), record.progress
+    parts = [f"{record.time_s or 0.0:6.1f} s", f"{record.phase.name:<9}"]
+    if progress is not None:
+        parts.append(f"distance {_figure(progress.net_debris_distance, 5, 2)} m")
+    parts.append(f"error {_figure(max((s.tracking_error for s in statuses), default=math.nan), 4, 2)} m")
+    parts.append(f"fuel {sum(s.fuel for s in statuses):5.3f} kg")
+    if progress is not None:
+        parts.append(f"pairs {progress.locked_pairs}/{progress.max_locked_pairs}")
+    if record.lost_controllers:
+        parts.append("lost: " + ", ".join(f"MU {mu}" for mu in sorted(record.lost_controllers)))
+    return "  ".join(parts)
+
+
+def _phase_line(record: FlightRecord) -> str:
+    text = _PHASE_TEXT[record.phase]
+    if record.phase in (Phase.MISSED, Phase.ABORTED) and record.state.reason:
+        text += f": {record.state.reason}"
+    when = f"{record.time_s:6.1f} s" if record.time_s is not None else " " * 8
+    return f"{when}  {text}"
+
+
+def _figure(value: float, width: int, digits: int) -> str:
+    return f"{value:{width}.{digits}f}" if math.isfinite(value) else "-".rjust(width)

@@ -1,0 +1,43 @@
+"""The processes of a mission and their command lines."""
+
+from __future__ import annotations
+
+from tethernet_bringup.mission.parameters import MissionSetup
+from tethernet_bringup.mission.run_folder import RunFolder
+from tethernet_bringup.mission.supervisor import NodeProcess
+from tethernet_bringup.nodes import ASSESSOR, PLANNER, RECORDER, SIM, controller
+
+
+def mission_processes(setup: MissionSetup, folder: RunFolder) -> tuple[NodeProcess, ...]:
+    """The processes in the order in which they are started: the slowest first.
+
+    Args:
+        setup: what is flown.
+        folder: where the run is kept; its parameter file exists.
+    """
+    common = ("--params-file", str(folder.parameters), "--disable-external-lib-logs")
+
+    def ros(name: str, *more: str) -> tuple[str, ...]:
+        return ("--ros-args", "-r", f"__node:={name}", *common, *more)
+
+    processes = []
+    if setup.simulated:
+        processes.append(NodeProcess(SIM, "tethernet_sim.ros.sim_node", arguments=ros(SIM)))
+    processes += [
+        NodeProcess(ASSESSOR, "tethernet_planner.assessor_node", arguments=ros(ASSESSOR)),
+        NodeProcess(RECORDER, "tethernet_bringup.recorder.recorder_node", last=True, arguments=ros(RECORDER)),
+        NodeProcess(PLANNER, "tethernet_planner.planner_node", arguments=ros(PLANNER)),
+    ]
+    # In lock-step a slow machine halts the mission's time too: no reason for a controller to think its odometry lost.
+    factor = 20.0 if setup.scenario.pace == "lockstep" else 1.0
+    for mu in range(1, setup.mu_count + 1):
+        name = controller(mu)
+        processes.append(
+            NodeProcess(
+                name,
+                "tethernet_control.controller_node",
+                essential=False,
+                arguments=ros(name, "-p", f"mu:={mu}", "-p", f"watchdog_wall_factor:={factor}"),
+            )
+        )
+    return tuple(processes)

@@ -1,0 +1,283 @@
+"""The processes of a mission: start, watch, stop; none is left behind, whatever happens.
+
+Each node is a plain Python process in a session of its own, so that Ctrl-C at the terminal reaches the supervisor alone
+and the order of the end stays in its hands: first everybody but the recorder, the recorder last. The other way round,
+nodes that outlive the supervisor end themselves, see :mod:`tethernet_bringup.mission.child`.
+"""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from tethernet_bringup.mission import shared_memory
+from tethernet_bringup.mission.supervisor_settings import SupervisorParameters
+from tethernet_core.quiet_start import absolute_search_paths
+from tethernet_core.shown import shown
+
+TAIL_LINES = 15
+HELD_BACK = (signal.SIGINT, signal.SIGTERM)
+"""Signals that a node takes from the moment on that it can, see :mod:`tethernet_bringup.mission.child`."""
+_POLL_S = 0.01
+_KILL_PATIENCE_S = 0.2
+_NO_HURRY = 3.0  # times the patience where nobody waits for the end
+
+_KEPT = (
+    "PATH",
+    "HOME",
+    "LANG",
+    "LC_ALL",
+    "TZ",
+    "TMPDIR",
+    "USER",
+    "VIRTUAL_ENV",
+    "PYTHONPATH",
+    "LD_LIBRARY_PATH",
+    "LD_PRELOAD",
+)
+_KEPT += (
+    "AMENT_PREFIX_PATH",
+    "CMAKE_PREFIX_PATH",
+    "COLCON_PREFIX_PATH",
+    "RMW_IMPLEMENTATION",
+    "CYCLONEDDS_URI",
+    "XDG_CACHE_HOME",
+)
+_KEPT_PREFIXES = ("ROS_", "_ROS_", "RMW_", "FASTRTPS_", "FASTDDS_", "NUMBA_", "COVERAGE_", "TETHERNET_")
+_ONE_THREAD = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
+
+
+@dataclass(frozen=True)
+class NodeProcess:
+    """How one node is started."""
+
+    name: str
+    """Its name in the ROS graph."""
+    module: str
+    """Python module that runs it."""
+    essential: bool = True
+    """Whether the mission cannot go on without it."""
+    last: bool = False
+    """Whether it ends after all others: the recorder."""
+    arguments: tuple[str, ...] = ()
+    """Further words of its command line."""
+
+
+@dataclass(frozen=True)
+class Exit:
+    """How one node ended."""
+
+    node: NodeProcess
+    code: int
+    """Exit code; negative: killed by that signal."""
+    tail: tuple[str, ...]
+    """The last lines of its log."""
+    forced: bool = False
+    """Whether it had to be killed."""
+
+    @property
+    def how(self) -> str:
+        """The exit code in words."""
+        if self.code >= 0:
+            return f"exit status {self.code}"
+        try:
+            return f"killed by {signal.Signals(-self.code).name}"
+        except ValueError:
+            return f"killed by signal {-self.code}"
+
+    def report(self) -> str:
+        """Name and exit code, then the last lines of the log."""
+        lines = [f"{self.node.name} died ({self.how})"]
+        return "\n".join(lines + [f"    | {line}" for line in self.tail])
+
+
+def mission_environment(
+    domain_id: int, discovery: str, log_folder: Path, base: Mapping[str, str] = os.environ
+) -> dict[str, str]:
+    """The environment of all processes of a mission, built from the few variables that they need.
+
+    Args:
+        domain_id: DDS domain.
+        discovery: "localhost" or "subnet".
+        log_folder: where ROS writes its logs.
+        base: the environment to take from.
+    """
+    kept = {name: value for name, value in base.items() if name in _KEPT or name.startswith(_KEPT_PREFIXES)}
+    kept = absolute_search_paths(kept)
+    kept.setdefault("HOME", str(log_folder))  # rcl refuses to start without
+    kept.update(dict.fromkeys(_ONE_THREAD, "1"))  # a dozen processes share the cores already
+    kept.update(
+        ROS_DOMAIN_ID=str(domain_id),
+        ROS_AUTOMATIC_DISCOVERY_RANGE=discovery.upper(),
+        ROS_LOG_DIR=str(log_folder),
+        RCUTILS_COLORIZED_OUTPUT="0",
+        RCUTILS_LOGGING_USE_STDOUT="0",
+        PYTHONUNBUFFERED="1",
+        PYTHONSAFEPATH="1",  # as -P, for whatever a node starts
+    )
+    kept.pop("ROS_LOCALHOST_ONLY", None)  # deprecated, and it would overrule the discovery range
+    return kept
+
+
+class Supervisor:
+    """Starts, watches and stops the processes of one mission; a context manager that leaves none behind."""
+
+    def __init__(self, log_folder: Path, environment: Mapping[str, str], parameters: SupervisorParameters):
+        """Args:
+        log_folder: exists; gets one log file per node.
+        environment: of the processes, see :func:`mission_environment`.
+        parameters: how patient it is.
+        """
+        self.log_folder = log_folder
+        self.parameters = parameters
+        self._environment = dict(environment)
+        self._processes: dict[str, tuple[NodeProcess, subprocess.Popen]] = {}
+        self._exits: dict[str, Exit] = {}
+        self._began_s = time.time()
+        self._segments: set[str] = set()
+        # Nobody writes into this pipe: its end tells the nodes that the supervisor is gone.
+        self._read_end, self._write_end = os.pipe()
+
+    def __enter__(self) -> Supervisor:
+        return self
+
+    def __exit__(self, *_) -> None:
+        self.stop()
+
+    @property
+    def pids(self) -> dict[str, int]:
+        """Process ids of the living, by node."""
+        return {name: process.pid for name, (_, process) in self._processes.items() if name not in self._exits}
+
+    def start(self, node: NodeProcess) -> None:
+        """Start one node; returns at once.
+
+        Raises:
+            OSError: when its log cannot be written or the process cannot be made.
+        """
+        # -P: a file in the user's working folder must not take the place of a library.
+        command = [sys.executable, "-P", "-m", "tethernet_bringup.mission.child", node.module, *node.arguments]
+        # Signals wait until the process has somebody to take them: an interpreter that starts has only a traceback.
+        before = signal.pthread_sigmask(signal.SIG_BLOCK, HELD_BACK)
+        try:
+            with self._log_path(node.name).open("wb") as log:
+                process = subprocess.Popen(
+                    command, stdin=self._read_end, stdout=log, stderr=subprocess.STDOUT,
+                    env=self._environment, start_new_session=True,
+                )  # fmt: skip
+        finally:
+            signal.pthread_sigmask(signal.SIG_SETMASK, before)
+        self._processes[node.name] = (node, process)
+
+    def start_all(self, nodes: Iterable[NodeProcess]) -> None:
+        """Start nodes in the given order, without waiting for any."""
+        for node in nodes:
+            self.start(node)
+
+    def deaths(self) -> list[Exit]:
+        """Who ended since the last call."""
+        found = []
+        for name in self.pids:
+            node, process = self._processes[name]
+            if process.poll() is not None:
+                self._exits[name] = Exit(node, process.returncode, self.tail(name))
+                found.append(self._exits[name])
+        return found
+
+    def tail(self, name: str) -> tuple[str, ...]:
+        """The last lines that a node printed."""
+        try:
+            with self._log_path(name).open("rb") as log:
+                log.seek(0, os.SEEK_END)
+                log.seek(max(0, log.tell() - 20_000))
+                lines = log.read().decode(errors="replace").splitlines()
+        except OSError:
+            return ()
+        return tuple(shown(line) for line in lines if line.strip())[-TAIL_LINES:]
+
+    def memory_mb(self) -> float:
+        """Proportional set size of all living nodes and this process together [MB]: what they take from the machine."""
+        return sum(_proportional_set_size(pid) for pid in (os.getpid(), *self.pids.values())) / 1e6
+
+    def note_shared_memory(self) -> None:
+        """Remember which shared-memory segments the living nodes and this process hold, to clean up after those that
+        get killed; what this process owns stays until it lets go of it.
+        """
+        self._segments |= shared_memory.held_by((os.getpid(), *self.pids.values()))
+
+    def clean(self) -> None:
+        """Remove the shared memory that killed nodes left; again whenever this process has talked to them since."""
+        made = shared_memory.made_since(self._began_s) | shared_memory.abandoned_locks()
+        shared_memory.clean(self._segments | made)
+
+    def stop(self, hurry: bool = True) -> list[Exit]:
+        """End all processes: SIGINT, then SIGTERM, then SIGKILL; those marked ``last`` after the others.
+
+        Bounded by the parameters' patience; may be called again.
+
+        Args:
+            hurry: false gives slow machines more time.
+
+        Returns:
+            How each process ended that was alive before.
+        """
+        if self._read_end is None:
+            return []
+        self.deaths()
+        before = set(self.pids)
+        self.note_shared_memory()
+        p, times = self.parameters, 1.0 if hurry else _NO_HURRY
+        for last, patience in ((False, p.interrupt_patience_s), (True, p.recorder_patience_s)):
+            names = [name for name in before if self._processes[name][0].last == last]
+            self._end(names, times * patience, times * p.terminate_patience_s)
+        os.close(self._write_end)
+        os.close(self._read_end)
+        self._read_end = self._write_end = None
+        self.clean()
+        return [self._exits[name] for name in self._processes if name in before and name in self._exits]
+
+    def _end(self, names: Sequence[str], interrupt_patience: float, terminate_patience: float) -> None:
+        for number, patience in (
+            (signal.SIGINT, interrupt_patience),
+            (signal.SIGTERM, terminate_patience),
+            (signal.SIGKILL, _KILL_PATIENCE_S),
+        ):
+            waiting = [name for name in names if name not in self._exits]
+            for name in waiting:
+                _signal_group(self._processes[name][1], number)
+            deadline = time.monotonic() + patience
+            while waiting and time.monotonic() < deadline:
+                for name in waiting:
+                    node, process = self._processes[name]
+                    if process.poll() is not None:
+                        forced = number == signal.SIGKILL
+                        self._exits[name] = Exit(node, process.returncode, self.tail(name), forced)
+                        _signal_group(process, signal.SIGKILL)  # whatever it may have started itself
+                waiting = [name for name in waiting if name not in self._exits]
+                if waiting:
+                    time.sleep(_POLL_S)
+
+    def _log_path(self, name: str) -> Path:
+        return self.log_folder / f"{name}.log"
+
+
+def _signal_group(process: subprocess.Popen, number: int) -> None:
+    try:
+        os.killpg(process.pid, number)
+    except ProcessLookupError:
+        pass
+
+
+def _proportional_set_size(pid: int) -> int:
+    """Memory of one process [bytes]: its own pages, and its share of those that it shares. 0 when it is gone."""
+    try:
+        with Path(f"/proc/{pid}/smaps_rollup").open(encoding="ascii") as file:
+            return next(int(line.split()[1]) * 1024 for line in file if line.startswith("Pss:"))
+    except (OSError, StopIteration):
+        return 0

@@ -1,0 +1,1 @@
+"""The recorder's node and what it records."""

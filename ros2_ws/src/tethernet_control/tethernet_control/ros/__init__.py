@@ -1,1 +1,0 @@
-"""What every node of the project shares: topic names, QoS profiles, the executor, parameters, checked messages."""

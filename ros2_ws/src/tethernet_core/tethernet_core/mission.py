@@ -1,0 +1,115 @@
+"""The mission's phases and its state, as all nodes share them."""
+
+from __future__ import annotations
+
+import dataclasses
+import enum
+import math
+from dataclasses import dataclass
+
+from tethernet_core.settings import NANOSECOND_S
+
+Point = tuple[float, float, float]
+
+
+class Phase(enum.IntEnum):
+    """Phases; the numbers are those of tethernet_msgs/MissionState."""
+
+    WAITING = 0
+    ARMED = 1
+    DEPLOYING = 2
+    CLOSING = 3
+    COMPLETE = 4
+    MISSED = 5
+    ABORTED = 6
+
+    @property
+    def over(self) -> bool:
+        """True once nothing more can happen."""
+        return self >= Phase.COMPLETE
+
+
+class Mode(enum.IntEnum):
+    """What the controller does; the numbers are those of tethernet_msgs/MuStatus."""
+
+    IDLE = 0
+    DEPLOYING = 1
+    CLOSING = 2
+    OFF = 3
+    NO_ODOMETRY = 4
+    NO_PLANNER = 5
+    EMPTY = 6
+
+    @property
+    def flying(self) -> bool:
+        """True while the MU is under way: it thrusts, or would."""
+        return self in (Mode.DEPLOYING, Mode.CLOSING, Mode.NO_ODOMETRY, Mode.NO_PLANNER)
+
+
+@dataclass(frozen=True)
+class Mission:
+    """State of the mission; each change makes a new one with the next sequence number."""
+
+    mu_count: int
+    """4 or 8."""
+    phase: Phase = Phase.WAITING
+    sequence: int = 0
+    mission_id: int = 0
+    """Which planner leads it: drawn anew by each planner when it starts, 64 bits."""
+    policy: str = ""
+    """Name of the policy that made the aiming points."""
+    launch_ns: int = 0
+    """Launch time on the odometry's clock [ns]; valid from DEPLOYING on."""
+    closing_ns: int = 0
+    """Start of closing [ns]; valid from CLOSING on."""
+    end_ns: int = 0
+    """When the capture is judged [ns]; valid from CLOSING on."""
+    debris_position: Point = (math.nan, math.nan, math.nan)
+    """Debris' centre of mass at launch [m]."""
+    closing_points: tuple[Point, ...] = ()
+    """One per MU [m]; those who shall dock share one; empty where winches close the net."""
+    points_ns: int = 0
+    """From when on the closing points hold [ns]: the ones before hold until then."""
+    closing_duration_s: float = 0.0
+    """Duration of the flight to the closing points [s]."""
+    docked_ns: tuple[int, ...] = ()
+    """Per MU: its whole bunch has docked, thrusters off from this time on [ns]; 0: not yet. Empty until one is."""
+    reason: str = ""
+    """Why missed or aborted."""
+
+    def docked(self, mu: int, stamp_ns: int) -> bool:
+        """True when MU ``mu`` (1..8) has its thrusters off at ``stamp_ns`` because it has docked."""
+        return bool(self.docked_ns) and 0 < self.docked_ns[mu - 1] <= stamp_ns
+
+    @property
+    def closing(self) -> bool:
+        """True from the decision to close on."""
+        return self.closing_ns > 0
+
+    def next(self, phase: Phase, **changes) -> Mission:
+        return dataclasses.replace(self, phase=phase, sequence=self.sequence + 1, **changes)
+
+
+def seconds_between(earlier_ns: int, later_ns: int) -> float:
+    """Time from one stamp to another [s]; the one way stamps become seconds, so that every part gets the same bits."""
+    return (later_ns - earlier_ns) * NANOSECOND_S
+
+
+def arm(mission: Mission, debris_position, policy: str) -> Mission:
+    """Aiming points are ready."""
+    return mission.next(Phase.ARMED, debris_position=as_point(debris_position), policy=policy)
+
+
+def launch(mission: Mission, launch_ns: int) -> Mission:
+    """Deployment begins at ``launch_ns``."""
+    return mission.next(Phase.DEPLOYING, launch_ns=launch_ns)
+
+
+def abort(mission: Mission, reason: str) -> Mission:
+    """Stop for the given reason; a mission that is over stays as it is."""
+    return mission if mission.phase.over else mission.next(Phase.ABORTED, reason=reason)
+
+
+def as_point(position) -> Point:
+    x, y, z = (float(value) for value in position)
+    return (x, y, z)

@@ -1,0 +1,238 @@
+"""The parameters of control and of the mission's rules."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import ClassVar, TypeVar
+
+from tethernet_core.parameters import field_types, load, parameter, read_yaml
+
+_CONFIG = Path(__file__).parent / "config"
+T = TypeVar("T")
+NANOSECOND_S = 1e-9
+
+
+@dataclass(frozen=True)
+class ControlParameters:
+    """One MU's controller (paper, section II.C)."""
+
+    FILE: ClassVar[Path] = _CONFIG / "control.yaml"
+
+    control_period_s: float = parameter(
+        "Period of sensing and command, 20 Hz in the paper", unit="s", low=0.01, high=1.0
+    )
+    deployment_time_s: float = parameter(
+        "t_final of the straight line to the aiming point", unit="s", low=1.0, high=1000.0
+    )
+    kp: float = parameter("Proportional gain", unit="N/m", low=0.0, high=1e4)
+    ki: float = parameter("Integral gain", unit="N/(m s)", low=0.0, high=1e4)
+    kd: float = parameter("Derivative gain", unit="N s/m", low=0.0, high=1e4)
+    thrust_limit_n: float = parameter("Largest thrust per axis", unit="N", low=0.0, high=1e3)
+    specific_impulse_s: float = parameter("Specific impulse of the cold-gas thrusters", unit="s", low=1.0, high=1e4)
+    standard_gravity_m_s2: float = parameter(
+        "g0 of the fuel equation, as in the paper", unit="m/s^2", low=9.0, high=10.0
+    )
+    watchdog_periods: int = parameter(
+        "Control periods after which odometry or a command is too old to act on", low=1, high=1000
+    )
+    longest_gap_s: float = parameter(
+        "Stamps of one source are believed when they grow by no more than this; longer gaps and jumps only when "
+        "clock_recovery_samples in succession agree. Longer than any dropout worth bridging, short beside a mission",
+        unit="s",
+        low=1.0,
+        high=600.0,
+    )
+    clock_recovery_samples: int = parameter(
+        "Successive stamps that agree among each other after which a clock counts as set anew; as many as the watchdog "
+        "has patience for, so that one late burst is not enough", low=2, high=1000,
+    )  # fmt: skip
+    planner_timeout_s: float = parameter(
+        "Mission time without heartbeat or news of the planner after which an MU in flight stops its thrust, until it "
+        "is back; short beside a mission, long beside any halt of a busy chaser's computer",
+        unit="s",
+        low=0.5,
+        high=600.0,
+    )
+    longest_flight_s: float = parameter(
+        "Mission time since launch after which thrust is off for good, whatever the planner says; must be longer than "
+        "give_up_s and capture_duration_s together", unit="s", low=2.0, high=3000.0,
+    )  # fmt: skip
+    propellant_kg: float = parameter(
+        "Propellant on board: thrust is off for good when it is used up. A fifth of the MU's mass [A], twenty times "
+        "what a mission takes, three times what the paper's control does", unit="kg", low=0.0, high=100.0,
+    )  # fmt: skip
+    position_sigma_m: float = parameter(
+        "Standard deviation of a measured position per axis", unit="m", low=0.0, high=10.0
+    )
+    velocity_sigma_m_s: float = parameter(
+        "Standard deviation of a measured velocity per axis", unit="m/s", low=0.0, high=10.0
+    )
+    plan_timeout_s: float = parameter(
+        "Wall time to wait for the planner's service before the nominal points are taken", unit="s", low=0.0, high=600.0
+    )
+    estimator: str = parameter(
+        "kalman: a Kalman filter on odometry, thrust as known input, the thread's pull as disturbance; "
+        "raw: the samples as they come, the paper's baseline",
+        choices=("kalman", "raw"),
+    )
+    known_mass_kg: float = parameter("The MU's mass as its controller knows it", unit="kg", low=0.1, high=100.0)
+    velocity_noise: float = parameter(
+        "Filter: unknown impulses on the velocity, threads that snap taut", unit="m/s/sqrt(s)", low=0.0, high=10.0
+    )
+    disturbance_noise: float = parameter(
+        "Filter: how fast the thread's pull changes", unit="m/s^2/sqrt(s)", low=0.0, high=100.0
+    )
+    innovation_gate: float = parameter(
+        "Filter: samples whose normalised innovation squared (chi-square, 6 degrees of freedom) is beyond are outliers",
+        low=6.0, high=1e6,
+    )  # fmt: skip
+    ramp_time_s: float = parameter(
+        "The reference gets up to speed over this time; 0: at once, as the paper's line does",
+        unit="s",
+        low=0.0,
+        high=20.0,
+    )
+    follow_through_m: float = parameter(
+        "How far beyond its aiming point an MU's reference goes on at its speed while closing has not begun; "
+        "0: it stops there at deployment_time_s",
+        unit="m",
+        low=0.0,
+        high=50.0,
+    )
+    feed_forward: bool = parameter("The derivative acts on the velocity's error; the paper's acts on the velocity")
+    anti_windup: bool = parameter("The integral stands still while its axis is beyond the thrust limit")
+    dead_band_n: float = parameter("Thrust below this per axis is not fired", unit="N", low=0.0, high=10.0)
+    minimum_impulse_n_s: float = parameter(
+        "Smallest impulse the thrusters can give in one control period; less is saved up", unit="N s", low=0.0, high=1.0
+    )
+    closing_law: str = parameter(
+        "8 MUs: intercept: fly freely to where the MUs meet, corrected when it pays; "
+        "track: the PID along a straight line to the closing point",
+        choices=("intercept", "track"),
+    )
+    closing_coast_s: float = parameter(
+        "intercept: thrusters off at first, while the net's own pull turns the MUs inwards",
+        unit="s",
+        low=0.0,
+        high=10.0,
+    )
+    closing_dead_band_m_s: float = parameter(
+        "intercept: velocity that may be missing before thrust is spent", unit="m/s", low=0.0, high=10.0
+    )
+    closing_response_s: float = parameter(
+        "intercept: what is missing is gained over this time", unit="s", low=0.05, high=10.0
+    )
+    closing_shortest_s: float = parameter(
+        "intercept: the time to go never counts as less", unit="s", low=0.1, high=10.0
+    )
+    closing_hold_kp: float = parameter(
+        "intercept: spring to the meeting place once the MUs should have met", unit="N/m", low=0.0, high=1e4
+    )
+    closing_hold_kd: float = parameter("intercept: damper likewise", unit="N s/m", low=0.0, high=1e4)
+    status_every: int = parameter("Control periods between two status messages when nothing changes", low=1, high=1000)
+
+    @property
+    def period_ns(self) -> int:
+        """Control period [ns]: stamps of control ticks are exact multiples of it."""
+        return round(self.control_period_s / NANOSECOND_S)
+
+    @property
+    def held_ns(self) -> int:
+        """How long a command acts when none follows [ns]: it is zeroed at the first control tick at which it is older
+        than the watchdog's patience.
+        """
+        return (self.watchdog_periods + 1) * self.period_ns
+
+
+@dataclass(frozen=True)
+class MissionParameters:
+    """Rules of the mission: trigger, closing, end (paper, sections II.B and II.D)."""
+
+    FILE: ClassVar[Path] = _CONFIG / "mission.yaml"
+
+    trigger_distance_m: float = parameter(
+        "Closing starts when the net's centre of mass is this near to the debris' one", unit="m", low=0.1, high=50.0
+    )
+    give_up_s: float = parameter(
+        "Missed when the trigger has not come so long after launch", unit="s", low=1.0, high=1000.0
+    )
+    capture_duration_s: float = parameter("From the start of closing to the verdict", unit="s", low=1.0, high=1000.0)
+    closing_plan: str = parameter(
+        "8 MUs: planned: where the MUs meet is chosen from the debris' attitude and the net's reach; "
+        "fixed: one place behind the debris' centre, as in the paper",
+        choices=("planned", "fixed"),
+    )
+    plan_ahead_s: float = parameter(
+        "planned: the plan is begun so long before the trigger is expected, and made in parts, one each control tick, "
+        "10 ticks at most; where the trigger comes before it is whole, all of it is made at the trigger, and in real "
+        "time the closing may begin late; 0: always so",
+        unit="s", low=0.0, high=10.0,
+    )  # fmt: skip
+    target_radius_m: float = parameter(
+        "Radius of the debris' cylinder, as known to the planner", unit="m", low=0.1, high=10.0
+    )
+    target_length_m: float = parameter("Length of the debris' cylinder, likewise", unit="m", low=0.1, high=50.0)
+    closing_depth_m: float = parameter(
+        "8 MUs, fixed, or nothing known of the debris' attitude: the MUs meet so far behind the debris' centre of mass",
+        unit="m", low=0.0, high=50.0,
+    )  # fmt: skip
+    closing_duration_s: float = parameter(
+        "8 MUs: time to fly to one meeting place for all", unit="s", low=1.0, high=100.0
+    )
+    bunch_duration_s: float = parameter(
+        "8 MUs: time to fly to two meeting places, at most: less round a debris that turns; shorter than to one, "
+        "because stretching the net that far takes another try more often", unit="s", low=1.0, high=100.0,
+    )  # fmt: skip
+    closing_slack_m: float = parameter(
+        "planned: length of net that must be left at the meeting place, for folds and snags",
+        unit="m",
+        low=0.0,
+        high=10.0,
+    )
+    bunch_slack_m: float = parameter(
+        "planned: what is left below this counts as dear, where two places are met at", unit="m", low=0.0, high=10.0
+    )
+    closing_clearance_m: float = parameter(
+        "planned: distance of a meeting place from the debris' surface", unit="m", low=0.0, high=10.0
+    )
+    way_clearance_m: float = parameter(
+        "planned: distance of the straight way there from the debris' surface", unit="m", low=0.0, high=10.0
+    )
+    rally_period_s: float = parameter(
+        "8 MUs: who has not docked in time flies to the last of its bunch, decided anew so often; 0: never",
+        unit="s", low=0.0, high=100.0,
+    )  # fmt: skip
+    rally_reach_m: float = parameter(
+        "8 MUs: who is farther than this from the middle of its bunch by then is given up",
+        unit="m",
+        low=0.1,
+        high=100.0,
+    )
+    off_course_m: float = parameter(
+        "An MU that is so far from where it should be at the trigger is left out of the closing",
+        unit="m",
+        low=0.1,
+        high=100.0,
+    )
+    release_docked: bool = parameter("8 MUs: a bunch that has docked switches its thrusters off")
+    docking_distance_m: float = parameter("Neighbours nearer than this dock or lock", unit="m", low=0.01, high=5.0)
+    confirm_timeout_s: float = parameter(
+        "Wall time to wait for the controllers to confirm a change of the mission's state", unit="s", low=0.0, high=60.0
+    )
+    launch_delay_s: float = parameter("From the newest odometry to the launch time", unit="s", low=0.0, high=60.0)
+    debris_bound_xy_m: float = parameter(
+        "Debris is planned for within this distance in x and in y", unit="m", low=0.0, high=100.0
+    )
+    debris_near_m: float = parameter(
+        "Debris is planned for from this distance on, along -z", unit="m", low=1.0, high=1000.0
+    )
+    debris_far_m: float = parameter(
+        "Debris is planned for up to this distance, along -z", unit="m", low=1.0, high=1000.0
+    )
+
+
+def paper(cls: type[T]) -> T:
+    """The parameters of ``cls`` as the paper prints them: its control is the baseline that ours is measured against."""
+    printed = next(iter(read_yaml(_CONFIG / "paper.yaml").values()))
+    return load(cls, {name: value for name, value in printed.items() if name in field_types(cls)})

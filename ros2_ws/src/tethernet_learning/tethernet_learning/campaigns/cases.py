@@ -1,0 +1,66 @@
+"""What a campaign flies: scenarios, each in a group, aimed by a policy."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from tethernet_core.layout import FALLBACK, nominal_aiming_points
+from tethernet_learning.campaigns.columns import Row, columns, flatten
+from tethernet_planner import policies
+from tethernet_sim.scenario import Outcome, Scenario
+
+
+@dataclass(frozen=True)
+class Case:
+    """One scenario of a campaign."""
+
+    scenario: Scenario
+    group: str
+    """What it has in common with others; tables count by it."""
+    policy: str = policies.NOMINAL
+    """Who made its aiming points."""
+    error: str = ""
+    """Why it cannot be flown, if so."""
+
+
+LABELS = {"index": int, "group": str, "policy": str}
+"""Columns of an outcomes file besides those of scenario and outcome."""
+
+
+def outcome_columns() -> dict[str, type]:
+    """All columns of an outcomes file. What scenario and outcome both tell (seed, mus) is there once."""
+    return {**LABELS, **columns(Scenario), **columns(Outcome)}
+
+
+def row(index: int, case: Case, outcome: Outcome) -> Row:
+    """A line of an outcomes file."""
+    labels = {"index": index, "group": case.group, "policy": case.policy}
+    return {**labels, **flatten(case.scenario), **flatten(outcome)}
+
+
+def aim(cases: Sequence[Case], policy: str) -> list[Case]:
+    """Let a policy aim every case that has no aiming points of its own; one that it fails at becomes an error.
+
+    Raises:
+        PolicyError: when the policy is unknown, cannot be loaded, or was made for another design than one of the cases.
+    """
+    for mus in sorted({case.scenario.mus for case in cases}):
+        policies.check(policy, mus)
+    return [case if case.scenario.aiming_offsets is not None else _aimed(case, policy) for case in cases]
+
+
+def _aimed(case: Case, policy: str) -> Case:
+    if policy == policies.NOMINAL:
+        return dataclasses.replace(case, policy=policy)
+    scenario = case.scenario
+    try:
+        plan = policies.plan(policy, scenario.mus, scenario.debris_position)
+        if plan.policy == FALLBACK:
+            return dataclasses.replace(case, policy=plan.policy)
+        nominal = nominal_aiming_points(scenario.mus, scenario.debris_position)
+        offsets = tuple((p[0] - n[0], p[1] - n[1]) for p, n in zip(plan.points, nominal, strict=True))
+        return dataclasses.replace(case, scenario=dataclasses.replace(scenario, aiming_offsets=offsets), policy=policy)
+    except Exception as error:
+        return dataclasses.replace(case, policy=policy, error=f"{type(error).__name__}: {error}")

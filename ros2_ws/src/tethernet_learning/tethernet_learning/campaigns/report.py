@@ -1,0 +1,83 @@
+"""A campaign's outcomes as a table for people."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+
+from tethernet_learning.campaigns import tables
+from tethernet_learning.campaigns.cases import outcome_columns
+from tethernet_learning.campaigns.columns import Row, in_words, rebuild
+from tethernet_learning.campaigns.errors import CampaignError
+from tethernet_learning.campaigns.statistics import Estimate, Summary, summarise
+from tethernet_sim.scenario import Outcome
+
+GROUPED_BY = ("mus", "policy", "group")
+NEEDED = (*GROUPED_BY, "captured", "locked_pairs", "cqi")
+"""Without these it is no outcomes file."""
+HEAD = (
+    "missions", "captured %", "fuel per MU, g", "to the trigger, g", "CQI", "CQI, MUs counted", "errors",
+    "locked pairs: missions",
+)  # fmt: skip
+
+
+def read(paths: Iterable[Path]) -> list[Row]:
+    """The rows of outcomes files.
+
+    Raises:
+        CampaignError: when one cannot be read, is no outcomes file, or there is no row at all.
+    """
+    rows = []
+    for path in paths:
+        lacks = [name for name in NEEDED if name not in tables.header(path)]
+        if lacks:
+            raise CampaignError(f"{path} is no outcomes file: it has no column {', '.join(lacks)}")
+        rows += tables.read(path, outcome_columns())
+    if not rows:
+        raise CampaignError("there is no mission in it")
+    return rows
+
+
+def table(rows: Sequence[Row], by: Sequence[str] = GROUPED_BY) -> list[str]:
+    """Statistics of each group of missions, one line each.
+
+    Args:
+        rows: of outcomes.
+        by: columns; missions that are equal in all of these are a group.
+
+    Raises:
+        CampaignError: for a column that there is not.
+    """
+    for name in by:
+        if name not in outcome_columns():
+            raise CampaignError(f"no column {name!r} to group by; allowed: {in_words(outcome_columns())}")
+    groups: dict[tuple, list[Outcome]] = {}
+    for row in rows:
+        groups.setdefault(tuple(row.get(name) for name in by), []).append(rebuild(Outcome, row))
+    lines = [(*by, *HEAD)]
+    for key, outcomes in groups.items():
+        lines.append((*("-" if cell is None else str(cell) for cell in key), *_cells(summarise(outcomes))))
+    widths = [max(len(line[place]) for line in lines) for place in range(len(lines[0]))]
+    return ["  ".join(cell.ljust(width) for cell, width in zip(line, widths, strict=True)).rstrip() for line in lines]
+
+
+def _cells(summary: Summary) -> tuple[str, ...]:
+    return (
+        str(summary.count),
+        _between(summary.success, 100.0, 1),
+        _between(summary.fuel_kg, 1e3, 2),
+        _between(summary.fuel_at_trigger_kg, 1e3, 2),
+        *("-" if value is None else f"{value:.2f}" for value in (summary.cqi, summary.cqi_all)),
+        str(summary.errors),
+        ", ".join(f"{pairs}: {count}" for pairs, count in summary.locked_pairs.items()),
+    )
+
+
+def _between(estimate: Estimate | None, scale: float, digits: int) -> str:
+    if estimate is None:
+        return "-"
+    value, low, high = (scale * x for x in (estimate.value, estimate.low, estimate.high))
+    if math.isnan(low):
+        return f"{value:.{digits}f}"
+    return f"{value:.{digits}f} ({low:.{digits}f} to {high:.{digits}f})"

@@ -1,0 +1,35 @@
+"""Fly what a results file lacks."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Sequence
+
+from tethernet_learning.campaigns.cases import Case, row
+from tethernet_learning.campaigns.chunks import fly_chunks
+from tethernet_learning.campaigns.progress import Progress
+from tethernet_learning.campaigns.results import Results
+from tethernet_sim import cores
+from tethernet_sim.fly import Settings
+
+
+def go_on(results: Results, cases: Sequence[Case], settings: Settings, chunk: int, cluster: str | None = None) -> bool:
+    """Fly what is not flown yet; False when interrupted."""
+    done = len(results.rows)
+    before = f", {done} flown before" if done else ""
+    where = f"on the cluster at {cluster}" if cluster else f"on {cores.told()}"
+    print(f"{len(cases)} missions{before}; {chunk} at a time {where}", file=sys.stderr)
+    progress = Progress(len(cases), done)
+    try:
+        for flown in fly_chunks(cases[done:], settings, chunk, cluster):
+            begin = len(results.rows)
+            results.add([row(begin + i, cases[begin + i], outcome) for i, outcome in enumerate(flown)])
+            progress.add(len(flown), sum(bool(outcome.error) for outcome in flown))
+        results.finish()
+    except KeyboardInterrupt:
+        print(
+            f"interrupted; {len(results.rows)} of {len(cases)} missions are kept, the same command goes on",
+            file=sys.stderr,
+        )
+        return False
+    return True

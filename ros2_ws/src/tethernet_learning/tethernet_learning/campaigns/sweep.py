@@ -1,0 +1,201 @@
+"""The same scenarios under different settings: what each option of the control is worth, and how the winch should reel
+(``python -m tethernet_learning.campaigns.sweep``).
+"""
+
+from __future__ import annotations
+
+if __name__ == "__main__":
+    from tethernet_core.quiet_start import command_start
+
+    command_start()
+
+import argparse
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from tethernet_core.command import command
+from tethernet_core.layout import design
+from tethernet_learning.campaigns import pictures, provenance
+from tethernet_learning.campaigns import variations as sources
+from tethernet_learning.campaigns.columns import rebuild
+from tethernet_learning.campaigns.results import Results
+from tethernet_learning.campaigns.run import go_on
+from tethernet_learning.campaigns.statistics import Summary, summarise
+from tethernet_sim.fly import Settings
+
+CHUNK = 64
+_PAPER_GAINS = {"kp": 10.0, "ki": 6.0, "kd": 6.0}
+_FIXED = {"closing_plan": "fixed", "rally_period_s": 0.0}
+_TRACK = ({"closing_law": "track"}, {**_FIXED, "closing_depth_m": 3.5, "closing_duration_s": 8.0})
+
+OPTIONS: dict[str, tuple[bool, dict[str, Any], dict[str, Any]]] = {
+    "paper as printed": (True, {}, {}),
+    "paper + Kalman filter": (True, {"estimator": "kalman"}, {}),
+    "paper + Kalman filter, feed forward, ramp": (
+        True, {"estimator": "kalman", "feed_forward": True, "ramp_time_s": 1.0}, {},
+    ),
+    "paper + these, dead band 0.3 N": (
+        True, {"estimator": "kalman", "feed_forward": True, "ramp_time_s": 1.0, "dead_band_n": 0.3}, {},
+    ),
+    "paper + these, intercept closing, release": (
+        True,
+        {
+            "estimator": "kalman", "feed_forward": True, "ramp_time_s": 1.0, "dead_band_n": 0.3,
+            "closing_law": "intercept",
+        },
+        {"closing_depth_m": 6.0, "closing_duration_s": 13.0, "release_docked": True},
+    ),
+    "default": (False, {}, {}),
+    "default, raw samples": (False, {"estimator": "raw"}, {}),
+    "default, gains of the paper": (False, _PAPER_GAINS, {}),
+    "default, no feed forward": (False, {"feed_forward": False}, {}),
+    "default, no ramp": (False, {"ramp_time_s": 0.0}, {}),
+    "default, no follow-through": (False, {"follow_through_m": 0.0}, {}),
+    "default, no dead band": (False, {"dead_band_n": 0.0}, {}),
+    "default, no anti-windup": (False, {"anti_windup": False}, {}),
+    "default, minimum impulse bit 25 mN s": (False, {"minimum_impulse_n_s": 0.025}, {}),
+    "default, fixed closing by tracking": (False, *_TRACK),
+    "default, fixed closing place": (False, {}, _FIXED),
+}  # fmt: skip
+"""Name: (start from the paper's control, control, mission)."""
+
+SPEEDS_M_S, TENSIONS_N = (0.5, 0.75, 1.0, 1.5, 2.0), (10.0, 20.0, 30.0, 40.0, 80.0)
+STIFFNESSES_N_M = (50.0, 200.0, 1000.0)
+"""Of the closing thread, beside the default one, which the map is made with."""
+
+
+def option_settings() -> dict[str, Settings]:
+    """The settings of each option, by its name."""
+    return {
+        name: (Settings.paper if printed else Settings.load)(control=control, mission=mission)
+        for name, (printed, control, mission) in OPTIONS.items()
+    }
+
+
+def winch_settings() -> dict[str, Settings]:
+    """The settings of each winch, by its name: the map of speed and tension, then the thread's stiffness."""
+    winches = {
+        f"{speed:g} m/s, {tension:g} N": Settings.load(physics={"winch_speed_m_s": speed, "winch_tension_n": tension})
+        for speed in SPEEDS_M_S
+        for tension in TENSIONS_N
+    }
+    threads = {f"default, {k:g} N/m": Settings.load(physics={"winch_stiffness_n_m": k}) for k in STIFFNESSES_N_M}
+    return {**winches, **threads}
+
+
+def fly(variants: dict[str, Settings], mus: int, count: int, seed: int, folder: Path) -> dict[str, Summary] | None:
+    """Fly every variant, each into a file of its own; what is there already is not flown again.
+
+    Args:
+        variants: settings by name.
+        mus: 4 or 8.
+        count: scenarios of each.
+        seed: of the scenarios.
+        folder: for the files.
+
+    Returns:
+        Statistics by name, or None when interrupted.
+
+    Raises:
+        CampaignError: when a file there was made with other settings or code.
+    """
+    from tethernet_sim.scenario import Outcome
+
+    found = {}
+    for number, (name, settings) in enumerate(variants.items(), start=1):
+        cases = sources.random_positions(mus, count, seed, settings.mission)
+        source = {"name": "sweep", "variant": name, "mus": [mus], "seed": seed, "scenarios": count}
+        file = folder / f"{mus}mu_{number:02d}.csv"
+        with Results(file, provenance.describe(source, cases, settings)) as results:
+            print(f"{number} of {len(variants)}: {name}", file=sys.stderr)
+            if not results.complete and not go_on(results, cases, settings, CHUNK):
+                return None
+            found[name] = summarise([rebuild(Outcome, row) for row in results.rows])
+    return found
+
+
+def mean_pairs(summary: Summary) -> float:
+    """Locked pairs of a mission, on average."""
+    return sum(pairs * missions for pairs, missions in summary.locked_pairs.items()) / summary.count
+
+
+def table(found: dict[str, Summary], mus: int) -> list[str]:
+    """The statistics as lines of a Markdown table."""
+    limit = design(mus).max_locked_pairs
+    lines = [
+        f"| {mus} MUs | captured | fuel per MU, kg | until the trigger, kg | pairs of {limit}, mean |",
+        "|---|---|---|---|---|",
+    ]
+    for name, summary in found.items():
+        pairs = mean_pairs(summary)
+        fuel, before = ("-" if e is None else f"{e.value:.4f}" for e in (summary.fuel_kg, summary.fuel_at_trigger_kg))
+        lines.append(f"| {name} | {100 * summary.success.value:.0f} % | {fuel} | {before} | {pairs:.1f} |")
+    return lines
+
+
+def draw_winches(found: dict[str, Summary]) -> Any:
+    """Success and locked pairs over the winch's speed and tension, as a figure."""
+    figure = pictures.new_figure(11.0, 4.6)
+    shape = len(SPEEDS_M_S), len(TENSIONS_N)
+    mapped = list(found.values())[: shape[0] * shape[1]]
+    success = np.array([100.0 * s.success.value for s in mapped]).reshape(shape)
+    pairs = np.array([mean_pairs(s) for s in mapped]).reshape(shape)
+    panels = figure.subplots(1, 2)
+    for panel, values, title, low, high in (
+        (panels[0], success, "captured [%]", 0.0, 100.0),
+        (panels[1], pairs, "locked pairs of 12, mean", 4.0, 12.0),
+    ):
+        image = panel.imshow(values.T, origin="lower", aspect="auto", vmin=low, vmax=high, cmap="viridis")
+        panel.set_xticks(range(shape[0]), [f"{v:g}" for v in SPEEDS_M_S])
+        panel.set_yticks(range(shape[1]), [f"{t:g}" for t in TENSIONS_N])
+        panel.set_xlabel("winch speed [m/s]")
+        panel.set_ylabel("largest tension [N]")
+        panel.set_title(title)
+        for (i, j), value in np.ndenumerate(values):
+            dark = value < 0.5 * (low + high)
+            panel.text(i, j, f"{value:.3g}", ha="center", va="center", color="white" if dark else "black")
+        figure.colorbar(image, ax=panel)
+    return figure
+
+
+@command
+def main(argv: Sequence[str] | None = None) -> int:
+    """Fly, print the table, write it and the picture. Returns 0; 2 for bad usage; 130 when interrupted."""
+    from tethernet_learning.campaigns.errors import CampaignError
+
+    parser = argparse.ArgumentParser(
+        prog="python -m tethernet_learning.campaigns.sweep",
+        description="The same scenarios under different settings. Interrupted, the same command goes on.",
+    )
+    parser.add_argument("what", choices=("options", "winch"), help="options of the control, or the 4-MU design's winch")
+    parser.add_argument("--mus", type=int, choices=(4, 8), default=8, help="of the options, default 8; winch: 4")
+    parser.add_argument("--scenarios", type=int, default=40, metavar="N", help="of each setting, default 40")
+    parser.add_argument("--seed", type=int, default=0, help="of the scenarios, default 0")
+    parser.add_argument("--output", type=Path, required=True, metavar="FOLDER", help="for outcomes, table and picture")
+    options = parser.parse_args(argv)
+    if options.scenarios < 1 or options.seed < 0:
+        parser.error("--scenarios must be 1 or more, --seed 0 or more")
+    mus = 4 if options.what == "winch" else options.mus
+    variants = winch_settings() if options.what == "winch" else option_settings()
+    try:
+        options.output.mkdir(parents=True, exist_ok=True)
+        found = fly(variants, mus, options.scenarios, options.seed, options.output)
+    except (CampaignError, OSError) as error:
+        print(f"sweep: {error}", file=sys.stderr)
+        return 2
+    if found is None:
+        return 130
+    lines = table(found, mus)
+    (options.output / f"{options.what}_{mus}mu.md").write_text("\n".join(lines) + "\n", encoding="utf-8")
+    if options.what == "winch":
+        pictures.save(draw_winches(found), options.output / "winch.png")
+    print("\n".join(lines))
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

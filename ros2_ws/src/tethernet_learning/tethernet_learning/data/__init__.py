@@ -1,0 +1,1 @@
+"""Data sets of flown missions, and what they are made of."""

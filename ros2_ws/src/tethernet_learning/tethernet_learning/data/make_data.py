@@ -1,0 +1,195 @@
+"""Fly the scenarios that surrogates learn from and are tested on.
+
+``python -m tethernet_learning.data.make_data``.
+"""
+
+from __future__ import annotations
+
+if __name__ == "__main__":
+    from tethernet_core.quiet_start import command_start
+
+    command_start()
+
+import argparse
+import dataclasses
+import functools
+import sys
+import time
+from collections.abc import Sequence
+from pathlib import Path
+
+from tethernet_core import atomic_file
+from tethernet_core.command import command
+from tethernet_learning import run_folder, workers
+from tethernet_learning.data import data_set
+from tethernet_learning.data.spread import random_offsets
+from tethernet_learning.data.trigger import fly_and_look
+from tethernet_learning.flight_settings import settings_fingerprint
+from tethernet_learning.random_scenarios import random_scenarios
+from tethernet_learning.run_progress import Progress
+from tethernet_learning.seeds import Purpose, generators
+from tethernet_planner.inference import model_file
+from tethernet_sim.fly import Settings
+from tethernet_sim.scenario import Scenario
+
+SPLITS = {"train": Purpose.SURROGATE_TRAINING, "test": Purpose.SURROGATE_TEST}
+TRAIN_COUNT = {4: 2540, 8: 2790}
+"""As in the paper."""
+TEST_COUNT = 200
+PART = 32
+"""Scenarios flown and written down together."""
+LEAST_FAILURES = 0.2
+
+
+def scenarios(mus: int, split: str, seed: int, begin: int, count: int) -> list[Scenario]:
+    """Scenarios of a data set, aiming points spread widely.
+
+    Args:
+        mus: 4 or 8.
+        split: one of SPLITS.
+        seed: of the data set.
+        begin: number of the first.
+        count: how many.
+    """
+    plain = random_scenarios(mus, SPLITS[split], seed, begin, count)
+    spread = []
+    for scenario, random in zip(plain, generators(SPLITS[split], seed, begin, count), strict=True):
+        # A stream of its own for the offsets: children of the scenario's sequence.
+        offsets = random_offsets(random.spawn(1)[0], mus)
+        spread.append(dataclasses.replace(scenario, aiming_offsets=tuple(map(tuple, offsets.tolist()))))
+    return spread
+
+
+@dataclasses.dataclass(frozen=True)
+class Part:
+    """Some scenarios of a data set that are flown and written down together."""
+
+    mus: int
+    split: str
+    """One of SPLITS."""
+    seed: int
+    begin: int
+    """Number of the first."""
+    count: int
+
+    def fly(self, settings: Settings) -> list[dict]:
+        """The rows of the table."""
+        flown = scenarios(self.mus, self.split, self.seed, self.begin, self.count)
+        outcomes, seen = fly_and_look(flown, settings, stop_at_trigger=False)
+        return data_set.rows(self.begin, flown, outcomes, seen)
+
+
+def make(
+    folder: Path,
+    mus: int,
+    split: str,
+    count: int,
+    seed: int,
+    settings: Settings,
+    about: dict,
+    cluster: str | None = None,
+) -> Path:
+    """Fly one split, part by part; parts that are there already are kept.
+
+    Args:
+        folder: gets the file, and a folder with its parts.
+        mus: 4 or 8.
+        split: one of SPLITS.
+        count: scenarios in all.
+        seed: of the data set.
+        settings: of the flights.
+        about: facts for the file's head.
+        cluster: see :func:`tethernet_learning.workers.run`.
+
+    Returns:
+        The file with all of it.
+
+    Raises:
+        ClusterError: when the cluster cannot be used.
+    """
+    import pyarrow as pa
+    import pyarrow.parquet as pq
+
+    parts = folder / f"{split}.parts"
+    parts.mkdir(exist_ok=True)
+    form = data_set.schema(mus, {**about, "split": split, "count": count})
+    files = {
+        parts / f"{begin:06d}.parquet": Part(mus, split, seed, begin, min(PART, count - begin))
+        for begin in range(0, count, PART)
+    }
+    missing = [file for file in files if not file.exists()]
+    done = count - sum(files[file].count for file in missing)
+    progress = Progress(f"{split} scenarios with {mus} MUs", count, done)
+    flown = workers.run(functools.partial(Part.fly, settings=settings), [files[file] for file in missing], cluster)
+    for file, rows in zip(missing, flown, strict=True):
+        data_set.write(file, pa.Table.from_pylist(rows, form))
+        done += files[file].count
+        progress.tell(done)
+    whole = folder / f"{split}.parquet"
+    data_set.write(
+        whole, pa.concat_tables([pq.read_table(file) for file in files]).replace_schema_metadata(form.metadata)
+    )
+    return whole
+
+
+def _arguments(argv: Sequence[str] | None) -> argparse.Namespace:
+    parser = argparse.ArgumentParser(
+        prog="python -m tethernet_learning.data.make_data",
+        description="Fly scenarios with widely spread aiming points in full and write them down in Parquet. "
+        "Killed and started again with the same words it goes on.",
+    )
+    parser.add_argument("--mus", type=int, choices=(4, 8), required=True)
+    parser.add_argument("--output", type=Path, required=True, metavar="FOLDER", help="train.parquet, test.parquet")
+    parser.add_argument("--train", type=int, metavar="N", help="training scenarios, default 2540 (4 MUs) or 2790 (8)")
+    parser.add_argument("--test", type=int, default=TEST_COUNT, metavar="N", help="test scenarios, default 200")
+    parser.add_argument("--seed", type=int, default=0, help="of the data set, default 0")
+    parser.add_argument("--cluster", metavar="ADDRESS", help=workers.HELP)
+    options = parser.parse_args(argv)
+    options.train = TRAIN_COUNT[options.mus] if options.train is None else options.train
+    for name in ("train", "test"):
+        if getattr(options, name) < 1:
+            parser.error(f"--{name} {getattr(options, name)}: allowed: 1 or more")
+    if options.seed < 0:
+        parser.error(f"--seed {options.seed}: allowed: 0 or more")
+    return options
+
+
+@command
+def main(argv: Sequence[str] | None = None) -> int:
+    """Fly and write. Returns 0; 1 for a cluster that cannot be used, 2 for bad usage or a folder with another run."""
+    options = _arguments(argv)
+    settings = Settings.load()
+    counts = {"train": options.train, "test": options.test}
+    facts = {
+        "mus": options.mus,
+        "seed": options.seed,
+        "flight_parameters": settings_fingerprint(settings),
+    }
+    try:
+        run_folder.claim(options.output, {"command": "make_data", **facts, "counts": counts})
+    except run_folder.RunFolderError as error:
+        print(f"error: {error}", file=sys.stderr)
+        return 2
+    about = {**facts, "commit": model_file.commit(), "settings": dataclasses.asdict(settings)}
+    for split, count in counts.items():
+        began = time.monotonic()
+        try:
+            file = make(options.output, options.mus, split, count, options.seed, settings, about, options.cluster)
+        except workers.ClusterError as error:
+            print(f"error: {error}", file=sys.stderr)
+            return 1
+        captures = data_set.read(file)
+        share = captures.failures / captures.scenarios
+        lost = int((~captures.captured).sum())
+        print(
+            f"{split}: {captures.scenarios} scenarios, {100 * share:.1f} % not captured; closing began in "
+            f"{len(captures.captured)}, {lost} of them not captured; {time.monotonic() - began:.0f} s"
+        )
+        if share < LEAST_FAILURES:
+            print(f"warning: fewer than {100 * LEAST_FAILURES:.0f} % failures in {split}", file=sys.stderr)
+    atomic_file.write_text(options.output / "README.md", data_set.description(options.mus, {**about, **counts}))
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

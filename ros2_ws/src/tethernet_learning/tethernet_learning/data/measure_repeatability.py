@@ -1,0 +1,114 @@
+"""Measure how far the net at the trigger decides the capture
+(``python -m tethernet_learning.data.measure_repeatability``).
+
+A capture is chaotic: knots bounce, threads snap taut, friction sticks and slips. Two nets that no surrogate can tell
+apart may end differently, and that bounds what a surrogate can be right in.
+"""
+
+from __future__ import annotations
+
+if __name__ == "__main__":
+    from tethernet_core.quiet_start import command_start
+
+    command_start()
+
+import argparse
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from tethernet_core.command import command
+from tethernet_learning import run_folder
+from tethernet_learning.data.make_data import scenarios as data_scenarios
+from tethernet_learning.flown import CQI_LIMIT, from_outcomes
+from tethernet_learning.run_progress import Progress
+from tethernet_sim.fly import Settings, fly_many
+from tethernet_sim.model import KNOTS
+from tethernet_sim.scenario import Outcome, Scenario
+from tethernet_sim.world import World
+
+DISPLACEMENT_M = 1e-6
+"""Largest displacement of a knot along each axis [m]: less than the published float32 coordinates resolve at 50 m."""
+
+_PART = 40
+"""Scenarios between two lines of progress."""
+
+
+def measure(mus: int, count: int, seed: int, settings: Settings) -> dict:
+    """Fly test scenarios of a data set twice, the knots displaced by different micrometres when closing begins.
+
+    Args:
+        mus: 4 or 8.
+        count: scenarios.
+        seed: of the data set.
+        settings: of the flights.
+
+    Returns:
+        ``closing_began``: scenarios in which it did; of these ``same_verdict``, the share with two equal verdicts, and
+        ``bound``, the share in which a surrogate that knows everything but those micrometres can be right at the most;
+        standard deviations of the difference of CQI (both below 20) and locked pairs, over the square root of two.
+    """
+    progress = Progress(f"scenarios with {mus} MUs, twice", count, 0)
+    first, second = [], []
+    for begin in range(0, count, _PART):
+        chosen = data_scenarios(mus, "test", seed, begin, min(_PART, count - begin))
+        first += _displaced(chosen, settings, 2 * begin)
+        second += _displaced(chosen, settings, 2 * begin + 1)
+        progress.tell(len(first))
+    closed = [i for i, outcome in enumerate(first) if outcome.trigger_time_s is not None]
+    if not closed:
+        raise ValueError(f"closing began in none of {count} scenarios; take more")
+    a, b = (from_outcomes([outcomes[i] for i in closed], settings.quality) for outcomes in (first, second))
+    differ = float((a.captured != b.captured).mean())
+    both = (a.cqi < CQI_LIMIT) & (b.cqi < CQI_LIMIT)
+    return {
+        "mus": mus,
+        "scenarios": count,
+        "seed": seed,
+        "displacement_m": DISPLACEMENT_M,
+        "closing_began": len(closed),
+        "same_verdict": 1.0 - differ,
+        "bound": 1.0 - differ / 2.0,
+        "cqi_std": float(np.std((a.cqi - b.cqi)[both]) / np.sqrt(2.0)) if both.any() else None,
+        "pairs_std": float(np.std(a.locked_pairs - b.locked_pairs) / np.sqrt(2.0)),
+    }
+
+
+def _displaced(chosen: Sequence[Scenario], settings: Settings, seed: int) -> list[Outcome]:
+    random = np.random.default_rng(seed)
+    by = random.uniform(-DISPLACEMENT_M, DISPLACEMENT_M, (len(chosen), 3, KNOTS))
+
+    def displace(number: int, world: World, index: int) -> None:
+        world.state.knot_pos[index] += by[number]
+
+    return fly_many(chosen, settings, at_trigger=displace)
+
+
+@command
+def main(argv: Sequence[str] | None = None) -> int:
+    """Measure and print. Returns 0; 2 for bad usage."""
+    parser = argparse.ArgumentParser(
+        prog="python -m tethernet_learning.data.measure_repeatability",
+        description="Fly a data set's test scenarios twice, the net displaced by a micrometre when closing begins: how "
+        "often the verdict stays the same bounds what any surrogate can be right in.",
+    )
+    parser.add_argument("--mus", type=int, choices=(4, 8), required=True)
+    parser.add_argument("--scenarios", type=int, default=200, metavar="N", help="default 200")
+    parser.add_argument("--seed", type=int, default=0, help="of the data set, default 0")
+    parser.add_argument("--output", type=Path, metavar="FILE.json")
+    options = parser.parse_args(argv)
+    if options.scenarios < 1 or options.seed < 0:
+        parser.error(f"--scenarios {options.scenarios} --seed {options.seed}: allowed: 1 or more, 0 or more")
+    try:
+        result = measure(options.mus, options.scenarios, options.seed, Settings.load())
+    except ValueError as error:
+        print(f"error: {error}", file=sys.stderr)
+        return 2
+    run_folder.tell(result, options.output)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,1 @@
+"""Trained models on unseen scenarios; their cards."""

@@ -1,0 +1,141 @@
+"""Fly policies on unseen scenarios in full (``python -m tethernet_learning.evaluation.evaluate_policies``)."""
+
+from __future__ import annotations
+
+if __name__ == "__main__":
+    from tethernet_core.quiet_start import command_start
+
+    command_start()
+
+import argparse
+import json
+import sys
+import time
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from tethernet_core import atomic_file
+from tethernet_core.command import command
+from tethernet_core.parameters import ParameterError
+from tethernet_learning import flight_settings, measured, workers
+from tethernet_learning.campaigns import pictures, tables
+from tethernet_learning.campaigns.cases import outcome_columns, row
+from tethernet_learning.campaigns.fly_scenarios import plain
+from tethernet_learning.campaigns.progress import Progress
+from tethernet_learning.evaluation import report as evaluation_report
+from tethernet_learning.evaluation.policy_scores import Evaluated, as_json, contenders, evaluate
+from tethernet_learning.flight_digest import flight_digest
+from tethernet_learning.flight_settings import settings_fingerprint
+from tethernet_learning.seeds import Purpose
+from tethernet_planner import policies
+from tethernet_planner.inference import model_file, shipped_models
+from tethernet_planner.inference.model_file import ModelFileError
+from tethernet_sim import cores
+from tethernet_sim.fly import CHUNK, Settings
+from tethernet_sim.scenario import Outcome
+
+RESULT, REPORT, PLOT, ROWS = "evaluation.json", "report.md", "fuel.png", "outcomes.csv"
+
+
+def _arguments(argv: Sequence[str] | None) -> argparse.Namespace:
+    parser = argparse.ArgumentParser(
+        prog="python -m tethernet_learning.evaluation.evaluate_policies",
+        description="Fly policies and the nominal aiming points on the same unseen scenarios with the same sensor "
+        "noise, in full simulation to the end of capture, and compare them with each other and with the paper.",
+        epilog=f"The folder gets {RESULT} (all of it), {REPORT} (the table), {PLOT} (box plots) and {ROWS} (a row for "
+        "each mission, as the campaign command writes and reads it).",
+    )
+    add = parser.add_argument
+    add("--mus", type=int, nargs="+", choices=(4, 8), default=[4, 8], help="designs; default both")
+    add(
+        "--policy", nargs="+", default=[policies.RL], metavar="POLICY",
+        help="rl (the shipped models; default) or paths of policy.safetensors, each for the design that it was made "
+        "for; the nominal points fly in any case, and alone with --policy nominal",
+    )  # fmt: skip
+    add(
+        "--set", nargs="+", action="extend", default=[], metavar=flight_settings.METAVAR,
+        help=f"{flight_settings.HELP}; for the nominal points and every policy alike",
+    )  # fmt: skip
+    add("--scenarios", type=int, default=100, metavar="N", help="for each design and policy, default 100")
+    add("--seed", type=int, default=0, help="of the scenarios, from a stream that no training uses; default 0")
+    add("--output", type=Path, default=Path("runs/evaluation"), metavar="FOLDER", help="default runs/evaluation")
+    add("--chunk", type=int, default=CHUNK, metavar="N", help=f"missions flown together; default {CHUNK}")
+    add("--cluster", metavar="ADDRESS", help=workers.HELP)
+    options = parser.parse_args(argv)
+    for name, low in (("scenarios", 1), ("seed", 0), ("chunk", 1)):
+        if getattr(options, name) < low:
+            parser.error(f"--{name} {getattr(options, name)}: allowed: {low} or more")
+    return options
+
+
+@command
+def main(argv: Sequence[str] | None = None) -> int:
+    """Fly, print the table, write the files. Returns 0; 1 for a folder or cluster that fails, 2 for bad usage."""
+    options = _arguments(argv)
+    try:
+        settings = flight_settings.settings_of(options.set)
+        chosen = contenders(options.policy, sorted(set(options.mus)))
+    except (ParameterError, policies.PolicyError, ModelFileError) as error:
+        print(f"error: {error}", file=sys.stderr)
+        return 2
+    try:
+        options.output.mkdir(parents=True, exist_ok=True)
+        return _run(options, settings, chosen)
+    except (OSError, workers.ClusterError) as error:
+        print(f"error: {error}", file=sys.stderr)
+        return 1
+
+
+def _run(options: argparse.Namespace, settings: Settings, chosen: dict[int, list[str]]) -> int:
+    for mus in chosen if policies.RL in options.policy else ():
+        if warning := measured.stale(shipped_models.POLICY, mus):
+            print(f"warning: {warning}", file=sys.stderr)
+    began = time.monotonic()
+    progress = Progress(options.scenarios * sum(map(len, chosen.values())))
+
+    def tell(outcomes: Sequence[Outcome]) -> None:
+        progress.add(len(outcomes), sum(bool(outcome.error) for outcome in outcomes))
+
+    evaluated = evaluate(chosen, options.scenarios, options.seed, settings, options.chunk, options.cluster, tell)
+    facts = {
+        "scenarios": options.scenarios,
+        "stream": Purpose.POLICY_EVALUATION.name,
+        "seed": options.seed,
+        "set": list(options.set),
+        "flight_digest": flight_digest(),
+        "flight_parameters": settings_fingerprint(settings),
+        "commit": model_file.commit(),
+        "flown_on": f"the cluster at {options.cluster}" if options.cluster else cores.told(),
+        "wall_time_s": round(time.monotonic() - began, 1),
+    }
+    write(options.output, facts, evaluated)
+    print(evaluation_report.table(evaluated))
+    print(f"{facts['wall_time_s']:.0f} s on {facts['flown_on']}; {options.output}")
+    return 0
+
+
+def as_text(content: dict[str, Any]) -> str:
+    """Content as JSON; null stands for what is not finite."""
+    return json.dumps(plain(content), indent=2, allow_nan=False) + "\n"
+
+
+def write(folder: Path, facts: dict[str, Any], evaluated: Sequence[Evaluated]) -> None:
+    """Write an evaluation: all of it, the table, the box plots, a row for each mission.
+
+    Args:
+        folder: takes the files.
+        facts: how it was flown.
+        evaluated: what came out.
+    """
+    atomic_file.write_text(folder / RESULT, as_text({**facts, "designs": as_json(evaluated)}))
+    head = "\n".join(f"- {name}: {value}" for name, value in facts.items())
+    text = f"# Policies on unseen scenarios\n\n{head}\n\n{evaluation_report.table(evaluated)}\n![Fuel]({PLOT})\n"
+    atomic_file.write_text(folder / REPORT, text)
+    pictures.save(evaluation_report.figure(evaluated), folder / PLOT)
+    flown = [pair for e in evaluated for name in e.cases for pair in zip(e.cases[name], e.outcomes[name], strict=True)]
+    tables.write(folder / ROWS, outcome_columns(), [row(i, *pair) for i, pair in enumerate(flown)])
+
+
+if __name__ == "__main__":
+    sys.exit(main())

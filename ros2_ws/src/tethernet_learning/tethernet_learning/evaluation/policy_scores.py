@@ -1,0 +1,133 @@
+"""Policies on unseen scenarios, simulated in full to the end of capture: the paper's evaluation."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from tethernet_core.capture_quality import QualityParameters
+from tethernet_learning.campaigns.cases import Case, aim
+from tethernet_learning.campaigns.chunks import fly_chunks
+from tethernet_learning.campaigns.fly_scenarios import records
+from tethernet_learning.campaigns.statistics import Estimate
+from tethernet_learning.evaluation.comparison import Comparison, compare
+from tethernet_learning.evaluation.paper_figures import PAPER
+from tethernet_learning.random_scenarios import random_scenarios
+from tethernet_learning.seeds import Purpose
+from tethernet_planner import policies
+from tethernet_planner.inference import shipped_models
+from tethernet_planner.inference.policy_file import AimingPolicy
+from tethernet_sim.fly import CHUNK, Settings
+from tethernet_sim.scenario import Outcome
+
+GROUP = "evaluation"
+
+
+@dataclass(frozen=True)
+class Evaluated:
+    """One design: all policies on the same scenarios."""
+
+    mus: int
+    cases: Mapping[str, Sequence[Case]]
+    """By policy, nominal first."""
+    outcomes: Mapping[str, Sequence[Outcome]]
+    """Likewise."""
+    quality: QualityParameters
+    """By which captures were judged."""
+
+    def compared(self) -> dict[str, Comparison]:
+        """Each policy but the nominal one against that."""
+        nominal = self.outcomes[policies.NOMINAL]
+        return {name: compare(nominal, flown) for name, flown in self.outcomes.items() if name != policies.NOMINAL}
+
+
+def contenders(words: Sequence[str], designs: Sequence[int]) -> dict[int, list[str]]:
+    """Who flies which design: the nominal points, and every policy that was made for it.
+
+    Args:
+        words: policies as users name them; a file flies the design that it was made for.
+        designs: numbers of MUs.
+
+    Raises:
+        PolicyError: when one cannot be loaded or flies none of the designs.
+        ModelFileError: when a file is no policy.
+    """
+    chosen = {mus: [policies.NOMINAL] for mus in designs}
+    for word in words:
+        fitting = list(designs)
+        if shipped_models.means_file(word) and Path(word).is_file():
+            made_for = AimingPolicy.load(Path(word)).mus
+            fitting = [mus for mus in designs if mus == made_for]
+            if not fitting:
+                raise policies.PolicyError(f"policy {word} was made for {made_for} MUs; give --mus {made_for} too")
+        for mus in fitting:
+            policies.check(word, mus)
+            if word not in chosen[mus]:
+                chosen[mus].append(word)
+    return chosen
+
+
+def evaluate(
+    chosen: Mapping[int, Sequence[str]],
+    count: int,
+    seed: int,
+    settings: Settings,
+    chunk: int = CHUNK,
+    cluster: str | None = None,
+    progress: Callable[[Sequence[Outcome]], None] = lambda _: None,
+) -> list[Evaluated]:
+    """Fly every policy on the scenarios of the stream that is kept for this.
+
+    Args:
+        chosen: policies by design, see :func:`contenders`.
+        count: scenarios for each design; both designs get the same places.
+        seed: of the scenarios.
+        settings: of the flights.
+        chunk: so many missions at a time.
+        cluster: see :func:`tethernet_learning.workers.run`.
+        progress: gets the outcomes that have come.
+    """
+    aimed = {mus: {name: _cases(mus, name, count, seed) for name in names} for mus, names in chosen.items()}
+    flights = [case for by_policy in aimed.values() for cases in by_policy.values() for case in cases]
+    flown: list[Outcome] = []
+    for outcomes in fly_chunks(flights, settings, chunk, cluster):
+        flown += outcomes
+        progress(outcomes)
+    rest = iter(flown)
+    return [
+        Evaluated(
+            mus,
+            by_policy,
+            {name: [next(rest) for _ in cases] for name, cases in by_policy.items()},
+            settings.quality,
+        )
+        for mus, by_policy in aimed.items()
+    ]
+
+
+def _cases(mus: int, policy: str, count: int, seed: int) -> list[Case]:
+    scenarios = random_scenarios(mus, Purpose.POLICY_EVALUATION, seed, 0, count)
+    return aim([Case(scenario, GROUP) for scenario in scenarios], policy)
+
+
+def as_json(evaluated: Sequence[Evaluated]) -> dict:
+    """Statistics, comparisons, the paper's figures and every record, by design and policy."""
+    return {str(e.mus): _design(e) for e in evaluated}
+
+
+def _design(e: Evaluated) -> dict:
+    by_policy = {}
+    for name, cases in e.cases.items():
+        by_policy[name] = {"model": policies.fingerprint(name, e.mus), **records(cases, e.outcomes[name], e.quality)}
+    for name, comparison in e.compared().items():
+        facts = {field.name: _estimate(getattr(comparison, field.name)) for field in dataclasses.fields(comparison)}
+        by_policy[name]["against_nominal"] = facts
+    return {"paper": dataclasses.asdict(PAPER[e.mus]), "policies": by_policy}
+
+
+def _estimate(value):
+    if isinstance(value, Estimate):
+        return {"mean": value.value, "low_95": value.low, "high_95": value.high}
+    return list(value) if isinstance(value, tuple) else value

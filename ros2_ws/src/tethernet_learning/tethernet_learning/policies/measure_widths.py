@@ -1,0 +1,90 @@
+"""Measure what the width of the aiming points does (``python -m tethernet_learning.policies.measure_widths``).
+
+The nominal points are moved towards the middle or away from it, all by the same factor: the one direction in which a
+person would look for less fuel, and what a policy's savings are to be seen against.
+"""
+
+from __future__ import annotations
+
+if __name__ == "__main__":
+    from tethernet_core.quiet_start import command_start
+
+    command_start()
+
+import argparse
+import dataclasses
+import sys
+from collections.abc import Sequence
+
+import numpy as np
+
+from tethernet_core.command import command
+from tethernet_core.layout import design
+from tethernet_learning.flown import from_outcomes
+from tethernet_learning.random_scenarios import random_scenarios
+from tethernet_learning.run_progress import Progress
+from tethernet_learning.seeds import Purpose
+from tethernet_sim.fly import Settings, fly_many
+
+FACTORS = (0.6, 0.65, 0.7, 0.8, 0.9, 0.97, 1.0, 1.02, 1.04, 1.1)
+HEAD = "| width | captured | fuel per MU, kg | until the trigger, kg | trigger, s | mouth, m^2 |"
+
+
+def measure(mus: int, factor: float, count: int, seed: int, settings: Settings) -> dict[str, float]:
+    """Fly nominal points that are all moved by one factor.
+
+    Args:
+        mus: 4 or 8.
+        factor: distance from the middle, as a share of the nominal one.
+        count: scenarios, the same for every factor.
+        seed: of the scenarios.
+        settings: of the flights.
+
+    Returns:
+        Means over the scenarios: share ``captured``, ``fuel_kg`` and ``fuel_at_trigger_kg`` per MU [kg],
+        ``trigger_time_s`` [s] of those in which closing began, ``mouth_area_m2`` [m^2].
+    """
+    moved = (factor - 1.0) * np.array(design(mus).nominal_offsets)
+    offsets = tuple(map(tuple, moved.tolist()))
+    scenarios = random_scenarios(mus, Purpose.OFFSET_OPTIMISATION, seed, 0, count)
+    outcomes = fly_many([dataclasses.replace(s, aiming_offsets=offsets) for s in scenarios], settings)
+    flown = from_outcomes(outcomes, settings.quality)
+    times = [outcome.trigger_time_s for outcome in outcomes if outcome.trigger_time_s is not None]
+    return {
+        "captured": float(flown.captured.mean()),
+        "fuel_kg": float(flown.fuel_kg.mean()) / mus,
+        "fuel_at_trigger_kg": float(np.mean([outcome.fuel_at_trigger_kg for outcome in outcomes])),
+        "trigger_time_s": float(np.mean(times)) if times else float("nan"),
+        "mouth_area_m2": float(flown.mouth_area_m2.mean()),
+    }
+
+
+@command
+def main(argv: Sequence[str] | None = None) -> int:
+    """Measure and print a table. Returns 0; 2 for bad usage."""
+    parser = argparse.ArgumentParser(
+        prog="python -m tethernet_learning.policies.measure_widths",
+        description="Fly the nominal aiming points moved towards the middle and away from it, in full.",
+    )
+    parser.add_argument("--mus", type=int, choices=(4, 8), required=True)
+    parser.add_argument("--factors", type=float, nargs="+", default=FACTORS, metavar="F", help="1: nominal")
+    parser.add_argument("--scenarios", type=int, default=16, metavar="N", help="for each factor, default 16")
+    parser.add_argument("--seed", type=int, default=0, help="default 0")
+    options = parser.parse_args(argv)
+    if options.scenarios < 1 or options.seed < 0 or not all(0.0 < factor < 2.0 for factor in options.factors):
+        parser.error("allowed: 1 scenario or more, a seed of 0 or more, factors above 0 and below 2")
+    settings, progress = Settings.load(), Progress("widths", len(options.factors))
+    print(HEAD + "\n|" + "---|" * (HEAD.count("|") - 1), flush=True)
+    for number, factor in enumerate(options.factors, 1):
+        r = measure(options.mus, factor, options.scenarios, options.seed, settings)
+        print(
+            f"| {factor:g} | {100 * r['captured']:.0f} % | {r['fuel_kg']:.5f} | {r['fuel_at_trigger_kg']:.5f} | "
+            f"{r['trigger_time_s']:.2f} | {r['mouth_area_m2']:.0f} |",
+            flush=True,
+        )
+        progress.tell(number)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,86 @@
+"""What the commands that fly many episodes have in common: options from a dataclass, the source, the facts."""
+
+from __future__ import annotations
+
+import argparse
+import dataclasses
+import sys
+from pathlib import Path
+
+from tethernet_learning.flight_settings import settings_fingerprint
+from tethernet_learning.policies import capture_sources as sources
+from tethernet_learning.policies.reward import VARIANTS, Reward, references
+from tethernet_planner.inference import model_file, task
+from tethernet_planner.inference.surrogate_file import NOISES, Surrogate
+from tethernet_sim.fly import Settings
+
+_CHOICES = {
+    "mus": (4, 8),
+    "reward": VARIANTS,
+    "symmetry": task.SYMMETRIES,
+    "source": (sources.SURROGATE, sources.FULL),
+    "noise": NOISES,
+}
+
+
+def add(parser: argparse.ArgumentParser, settings: type) -> None:
+    """Make every field of a dataclass of settings an option, and add those of the run itself."""
+    for field in dataclasses.fields(settings):
+        flag, choices = f"--{field.name.replace('_', '-')}", _CHOICES.get(field.name)
+        if field.default is dataclasses.MISSING:
+            parser.add_argument(flag, type=int, choices=choices, required=True)
+        elif isinstance(field.default, bool):
+            parser.add_argument(flag, action="store_true")
+        else:
+            kind, text = type(field.default), f"default {field.default}"
+            parser.add_argument(flag, type=kind, default=field.default, choices=choices, help=text)
+    parser.add_argument("--surrogate", type=Path, metavar="FILE", help="needed with --source surrogate")
+    parser.add_argument("--output", type=Path, required=True, metavar="FOLDER", help="of this run")
+
+
+def parse(parser: argparse.ArgumentParser, argv) -> argparse.Namespace:
+    """Parse the words; ends the process for bad usage."""
+    options = parser.parse_args(argv)
+    if options.source == sources.SURROGATE and options.surrogate is None:
+        parser.error("--source surrogate needs --surrogate FILE")
+    if options.seed < 0:
+        parser.error(f"--seed {options.seed}: allowed: 0 or more")
+    return options
+
+
+def prepare(settings, surrogate_file: Path | None) -> tuple[sources.Source, Reward, dict]:
+    """Source, reward and all that the run's result depends on.
+
+    Warns where the reward's constants or the surrogate are older than the control or the physics.
+
+    Args:
+        settings: with ``mus``, ``reward``, ``source`` and ``noise``.
+        surrogate_file: for ``source`` surrogate.
+
+    Raises:
+        ValueError: for a wrong name.
+        ModelFileError: for a wrong surrogate.
+    """
+    flights = Settings.load()
+    file = surrogate_file if settings.source == sources.SURROGATE else None
+    reward = Reward.load(settings.mus, settings.reward)
+    source = sources.make(settings.source, flights, file, settings.noise)
+    fingerprint = settings_fingerprint(flights)
+    if references()[str(reward.mus)]["flight_parameters"] != fingerprint:
+        print(
+            "warning: the reward's constants were measured with other flight parameters; "
+            "python -m tethernet_learning.policies.measure_references measures them anew",
+            file=sys.stderr,
+        )
+    if file:
+        surrogate = Surrogate.load(file)
+        surrogate.check_design(settings.mus)
+        if surrogate.about.get("flight_parameters") != fingerprint:
+            print("warning: the surrogate was trained with other flight parameters", file=sys.stderr)
+    facts = {
+        "settings": dataclasses.asdict(settings),
+        "reward": dataclasses.asdict(reward),
+        "flight_parameters": fingerprint,
+        "surrogate": model_file.file_fingerprint(file) if file else None,
+    }
+    return source, reward, facts

@@ -1,0 +1,118 @@
+"""Train a policy for the aiming points with PPO (``python -m tethernet_learning.policies.train_policy``)."""
+
+from __future__ import annotations
+
+if __name__ == "__main__":
+    from tethernet_core.quiet_start import command_start
+
+    command_start()
+
+import argparse
+import dataclasses
+import json
+import sys
+import time
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from tethernet_core.command import command
+from tethernet_learning import run_folder
+from tethernet_learning.policies import capture_sources as sources
+from tethernet_learning.policies import checkpoint, history, run_options
+from tethernet_learning.policies.ppo import PpoSettings, export, new_model
+from tethernet_learning.policies.reward import Reward
+from tethernet_learning.run_progress import Progress
+from tethernet_planner.inference import model_file
+from tethernet_planner.inference.policy_file import KIND
+
+POLICY = "policy.safetensors"
+MODEL = "policy.zip"
+_CHECKPOINT_EVERY = 2
+"""Updates."""
+
+
+def train(folder: Path, settings: PpoSettings, source: sources.Source, reward: Reward, about: dict) -> Path:
+    """Train, or go on training, in a claimed folder.
+
+    Args:
+        folder: takes checkpoints, history, TensorBoard's files, the policy.
+        settings: hyper-parameters.
+        source: flies the episodes.
+        reward: judges them.
+        about: facts for the model card.
+
+    Returns:
+        The policy's file.
+
+    Raises:
+        CheckpointError: when the folder's newest checkpoint is damaged.
+    """
+    from stable_baselines3.common.logger import configure
+
+    from tethernet_learning.policies.training_callback import Recorder
+    from tethernet_learning.policies.vec_env import AimingVecEnv
+
+    checkpoints = folder / "checkpoints"
+    found = checkpoint.newest(checkpoints)
+    begun = int(found.name) if found else 0
+    env = AimingVecEnv(source, reward, settings.envs, settings.seed, begun, settings.symmetry)
+    model = new_model(settings, env)
+    if found:
+        checkpoint.load(found, model)
+    model.set_logger(configure(str(folder / "tensorboard"), ["tensorboard"]))
+    lines = [line for line in history.read(folder / history.FILE) if line[0] <= begun]
+    progress = Progress(f"episodes with {settings.mus} MUs", settings.episodes, begun)
+    recorder = Recorder(folder, checkpoints, lines, progress, _CHECKPOINT_EVERY * settings.update_episodes)
+    began = time.monotonic()
+    if begun < settings.episodes:
+        model.learn(settings.episodes - begun, callback=recorder, reset_num_timesteps=False)
+        checkpoint.save(checkpoints, model)
+    rate = (settings.episodes - begun) / max(time.monotonic() - began, 1e-9)
+    history.write(folder / history.FILE, lines)
+    history.plot(folder / "history.png", lines, f"Training with {settings.mus} MUs, seed {settings.seed}")
+    model.save(folder / MODEL)
+    last = np.array(lines[-max(1, len(lines) // 10) :])
+    final = dict(zip(history.COLUMNS[1:], last[:, 1:].mean(axis=0).tolist(), strict=True))
+    speed = {"episodes_per_s": rate} if begun < settings.episodes else {}
+    export(model, settings, {**about, "last_tenth": final, **speed}).save(folder / POLICY)
+    return folder / POLICY
+
+
+@command
+def main(argv: Sequence[str] | None = None) -> int:
+    """Train. Returns 0; 2 for bad usage or a folder with another run."""
+    parser = argparse.ArgumentParser(
+        prog="python -m tethernet_learning.policies.train_policy",
+        description="Train a policy with PPO. Defaults are the paper's. Killed and started again with the same words "
+        "it goes on and comes to the same policy.",
+    )
+    run_options.add(parser, PpoSettings)
+    parser.add_argument("--torch-threads", type=int, default=1, metavar="N")
+    options = run_options.parse(parser, argv)
+    try:
+        names = [field.name for field in dataclasses.fields(PpoSettings)]
+        settings = PpoSettings(**{name: getattr(options, name) for name in names})
+        source, reward, facts = run_options.prepare(settings, options.surrogate)
+        if run_folder.claim(options.output, {"command": "train_policy", **facts}):
+            print(f"going on in {options.output}", file=sys.stderr)
+    except ValueError as error:
+        print(f"error: {error}", file=sys.stderr)
+        return 2
+    import torch
+
+    torch.set_num_threads(options.torch_threads)
+    about = {"method": "ppo", **facts, "commit": model_file.commit()}
+    try:
+        file = train(options.output, settings, source, reward, about)
+    except checkpoint.CheckpointError as error:
+        print(f"error: {error}", file=sys.stderr)
+        return 2
+    print(file)
+    print(json.dumps(model_file.read(file, KIND)[1]["last_tenth"], indent=2))
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,94 @@
+"""Tasks on a Ray cluster; see :mod:`.workers`."""
+
+from __future__ import annotations
+
+import itertools
+import socket
+from collections import deque
+from collections.abc import Callable, Iterator, Sequence
+from typing import Any
+
+from tethernet_learning.source_digest import source_digest
+from tethernet_learning.workers import ClusterError, Result, Task
+from tethernet_sim import cores
+
+RETRIES = 5
+"""So often a task is done again when the process or the machine that had it has died."""
+_AHEAD = 3
+"""Tasks given out for each core of the cluster, so that none waits for work."""
+_CONNECT_S = 5.0  # [s]
+
+
+def run_on(address: str, function: Callable[[Task], Result], tasks: Sequence[Task]) -> Iterator[Result]:
+    """Call a function for every task; see :func:`.workers.run`.
+
+    Args:
+        address: of the cluster.
+        function: see there.
+        tasks: see there.
+    """
+    ray = _connect(address)
+    try:
+        yield from _results(ray, function, tasks)
+    finally:
+        ray.shutdown()
+
+
+def _connect(address: str) -> Any:
+    try:
+        import ray
+    except ImportError as error:
+        raise ClusterError(
+            f"--cluster needs Ray ({error}); install it with python3 -m bootstrap cluster, or with pip from "
+            "requirements/cluster.txt, on every machine of the cluster"
+        ) from error
+    advice = "start one with  ray start --head --port=6379  and give HOST:PORT of that machine"
+    _check_reachable(address, advice)
+    try:
+        ray.init(address=address, log_to_driver=False, logging_level="error")
+    except (ConnectionError, RuntimeError, ValueError, OSError) as error:
+        raise ClusterError(f"no Ray cluster can be used at {address}: {error}; {advice}") from error
+    return ray
+
+
+def _check_reachable(address: str, advice: str) -> None:
+    """Ray itself waits long for a head that is not there."""
+    if address == "auto":
+        return
+    host, colon, port = address.removeprefix("ray://").rpartition(":")
+    if not (colon and host and port.isdigit()):
+        raise ClusterError(f"--cluster {address}: allowed: HOST:PORT, ray://HOST:PORT or auto; {advice}")
+    try:
+        socket.create_connection((host, int(port)), _CONNECT_S).close()
+    except (OSError, OverflowError) as error:
+        raise ClusterError(f"nobody answers at {address}: {error}; {advice}") from error
+
+
+def _results(ray: Any, function: Callable[[Task], Result], tasks: Sequence[Task]) -> Iterator[Result]:
+    call = ray.remote(num_cpus=1, max_retries=RETRIES)(_call)
+    ahead = _AHEAD * max(1, int(ray.cluster_resources().get("CPU", 1)))
+    digest = source_digest()
+    given = (call.remote(function, task, digest) for task in tasks)
+    pending = deque(itertools.islice(given, ahead))
+    try:
+        while pending:
+            yield ray.get(pending[0])
+            pending.popleft()
+            pending.extend(itertools.islice(given, 1))
+    except ray.exceptions.RayTaskError as error:
+        raise error.cause from error
+    except ray.exceptions.RayError as error:
+        raise ClusterError(f"the cluster has failed: {type(error).__name__}: {error}") from error
+    finally:
+        for task in pending:
+            ray.cancel(task, force=True)
+
+
+def _call(function: Callable[[Task], Result], task: Task, expected_code: str) -> Result:
+    """One task, in a process of the cluster."""
+    if source_digest() != expected_code:
+        raise ClusterError(
+            f"{socket.gethostname()} has other sources than the machine that asks; bring both to the same commit"
+        )
+    cores.use(1)  # one core of the cluster for each task
+    return function(task)

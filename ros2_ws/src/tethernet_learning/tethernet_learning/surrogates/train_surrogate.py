@@ -1,0 +1,147 @@
+"""Train surrogates on one data set and compare them in one table.
+
+``python -m tethernet_learning.surrogates.train_surrogate``.
+"""
+
+from __future__ import annotations
+
+if __name__ == "__main__":
+    from tethernet_core.quiet_start import command_start
+
+    command_start()
+
+import argparse
+import dataclasses
+import json
+import shutil
+import sys
+import time
+from collections.abc import Sequence
+from pathlib import Path
+
+from tethernet_core import atomic_file
+from tethernet_core.command import command
+from tethernet_learning import run_folder
+from tethernet_learning.data import data_set
+from tethernet_learning.run_progress import Progress
+from tethernet_learning.surrogates import surrogate_report, train_networks, train_trees
+from tethernet_learning.surrogates.surrogate_scores import scores, with_errors
+from tethernet_learning.surrogates.surrogate_training import Material, finish, prepare
+from tethernet_planner.inference import model_file
+from tethernet_planner.inference.surrogate_file import Surrogate
+
+TREES = "trees"
+MODELS = ("rnn-paper", "rnn", "mlp", TREES)
+BEST = "surrogate.safetensors"
+
+
+def train_one(name: str, materials: list[Material], seed: int, overrides: dict, about: dict) -> Surrogate:
+    """Train one model.
+
+    Args:
+        name: one of MODELS.
+        materials: data of each member.
+        seed: one seed gives one model.
+        overrides: hyper-parameters to replace, where the model has them.
+        about: facts for the model card.
+    """
+    began = time.monotonic()
+    training = train_trees.TreeTraining() if name == TREES else train_networks.PRESETS[name]
+    known = {field.name for field in dataclasses.fields(training)}
+    training = dataclasses.replace(training, **{key: v for key, v in overrides.items() if key in known})
+    chosen, members = materials[: training.members], []
+    for number, material in enumerate(chosen):
+        if isinstance(training, train_trees.TreeTraining):
+            model, arrays = TREES, train_trees.train(training, material, seed + number)
+        else:
+            progress = Progress(f"epochs of {name} {number + 1} of {len(chosen)}", training.epochs)
+            model, arrays = training.model, train_networks.train(training, material, seed + number, progress.tell)
+        members.append(arrays)
+    facts = {"name": name, "training": dataclasses.asdict(training), "seconds": time.monotonic() - began}
+    return finish(model, members, chosen, {**about, **facts})
+
+
+def plot(path: Path, results: dict[str, dict]) -> None:
+    """The calibration of the predicted probability."""
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(5, 5), layout="constrained")
+    axes = figure.subplots()
+    axes.plot([0, 1], [0, 1], color="0.7")
+    for name, r in results.items():
+        predicted, observed, count = zip(*r["calibration"], strict=True)
+        axes.plot(predicted, observed, marker="o", label=f"{name} ({sum(count)} scenarios)")
+    axes.set_xlabel("predicted probability of capture")
+    axes.set_ylabel("share captured")
+    axes.legend()
+    figure.savefig(path, dpi=150)
+
+
+def _arguments(argv: Sequence[str] | None) -> argparse.Namespace:
+    parser = argparse.ArgumentParser(
+        prog="python -m tethernet_learning.surrogates.train_surrogate",
+        description="Train surrogates on one data set, test them on unseen scenarios, compare them in one table. "
+        "Killed and started again with the same words it keeps the models that are done.",
+    )
+    parser.add_argument("--data", type=Path, required=True, metavar="FOLDER", help="of make_data")
+    parser.add_argument("--output", type=Path, required=True, metavar="FOLDER", help="models, report, plot")
+    parser.add_argument("--models", nargs="+", choices=MODELS, default=list(MODELS), metavar="MODEL")
+    parser.add_argument("--seed", type=int, default=0, help="of training, default 0")
+    parser.add_argument("--epochs", type=int, metavar="N", help="instead of each network's own")
+    parser.add_argument("--trees", type=int, metavar="N", help="instead of the forest's own")
+    parser.add_argument("--torch-threads", type=int, default=2, metavar="N")
+    return parser.parse_args(argv)
+
+
+@command
+def main(argv: Sequence[str] | None = None) -> int:
+    """Train, test, write. Returns 0; 2 for bad usage."""
+    options = _arguments(argv)
+    import torch
+
+    torch.set_num_threads(options.torch_threads)
+    overrides = {name: value for name in ("epochs", "trees") if (value := getattr(options, name)) is not None}
+    files = {split: options.data / f"{split}.parquet" for split in ("train", "test")}
+    try:
+        data, test = (data_set.read(file) for file in files.values())
+        materials = prepare(data, options.seed)
+        fingerprints = {split: model_file.file_fingerprint(file) for split, file in files.items()}
+        settings = {"command": "train_surrogate", "data": fingerprints, "seed": options.seed, "overrides": overrides}
+        run_folder.claim(options.output, settings)
+    except ValueError as error:
+        print(f"error: {error}", file=sys.stderr)
+        return 2
+    about = {
+        "mus": data.mus,
+        "commit": model_file.commit(),
+        "seed": options.seed,
+        "data": fingerprints,
+        "data_seed": data.about["seed"],
+        "flight_parameters": data.about["flight_parameters"],
+        "train_scenarios": data.scenarios,
+        "train_failure_share": data.failures / data.scenarios,
+    }
+    results = {}
+    for name in options.models:
+        file = options.output / f"{name}.safetensors"
+        if not file.exists():
+            surrogate = with_errors(train_one(name, materials, options.seed, overrides, about), test)
+            dataclasses.replace(surrogate, about={**surrogate.about, "scores": scores(surrogate, test)}).save(file)
+        surrogate = Surrogate.load(file)
+        told = {key: surrogate.about[key] for key in ("seconds", "members", "validation_brier")}
+        results[name] = {**surrogate.about["scores"], **told}
+    # The test decides nothing.
+    best = min(results, key=lambda name: results[name]["validation_brier"])
+    shutil.copyfile(options.output / f"{best}.safetensors", options.output / BEST)
+    text = surrogate_report.table(results, best, about)
+    atomic_file.write_text(
+        options.output / "report.json", json.dumps({**about, "best": best, "models": results}, indent=2)
+    )
+    atomic_file.write_text(options.output / "report.md", text)
+    plot(options.output / "calibration.png", results)
+    print(text)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

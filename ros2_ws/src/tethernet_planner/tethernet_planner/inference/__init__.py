@@ -1,0 +1,1 @@
+"""Trained models as a mission uses them: files, forward passes, what they see. NumPy only, no training."""

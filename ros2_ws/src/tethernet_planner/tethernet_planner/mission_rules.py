@@ -1,0 +1,177 @@
+"""The rules that lead from one phase of a mission to the next: used by the planner's node and by the batch engine."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from tethernet_core.layout import design
+from tethernet_core.mission import Mission, Phase, Point, as_point, seconds_between
+from tethernet_core.settings import NANOSECOND_S, ControlParameters, MissionParameters
+from tethernet_planner import closing
+from tethernet_planner.closing import Sight
+from tethernet_planner.plan_ahead import PlanAhead
+
+
+def triggered(net_position, debris_position, rules: MissionParameters) -> bool:
+    """The paper's start-of-closing condition.
+
+    Args:
+        net_position: the net's centre of mass, knots without MUs [m] (the MUs' centroid where nothing measures the
+            net).
+        debris_position: the debris' centre of mass [m].
+        rules: gives the distance.
+    """
+    squared = 0.0
+    for axis in range(3):
+        difference = float(net_position[axis]) - float(debris_position[axis])
+        squared += difference * difference
+    return squared <= rules.trigger_distance_m * rules.trigger_distance_m
+
+
+def docked_mus(mu_count: int, locked, closing_points) -> tuple[bool, ...]:
+    """Which MUs are done: all neighbours who share their closing point have docked. A bunch is released as a whole: who
+    let go earlier would be dragged away by the net, and the last would not find it.
+
+    Args:
+        mu_count: 4 or 8.
+        locked: one for each pair of neighbours, in their order round the mouth (layout.MuDesign.closing_ring).
+        closing_points: one per MU.
+
+    Returns:
+        One per MU; all False where winches close the net.
+    """
+    done = [False] * mu_count
+    if closing_points and len(locked) == mu_count:
+        for bunch in closing.bunches(closing_points):
+            if closing.docked_bunch(bunch, locked):
+                for mu in bunch:
+                    done[mu - 1] = True
+    return tuple(done)
+
+
+def advance(
+    mission: Mission,
+    stamp_ns: int,
+    net_position,
+    debris_position,
+    rules: MissionParameters,
+    control: ControlParameters,
+    locked=(),
+    look: Callable[[], Sight | None] | None = None,
+    ahead: PlanAhead | None = None,
+) -> Mission:
+    """The mission after what was measured at ``stamp_ns``; the same object when nothing changes.
+
+    What is seen at one control tick takes effect at the next: some controllers have answered this one already, others
+    have not.
+
+    Args:
+        mission: before.
+        stamp_ns: time of the measurements [ns].
+        net_position: the net's centre of mass [m].
+        debris_position: the debris' centre of mass [m].
+        rules: the mission's rules.
+        control: gives the control period.
+        locked: which closing pairs are locked; empty where nobody knows.
+        look: tells where the 8 MUs are and how the debris lies, None where that is not known; asked only when it
+            matters.
+        ahead: makes the closing plan before the trigger; without it the whole plan is made at the trigger.
+    """
+    if mission.phase == Phase.DEPLOYING:
+        if triggered(net_position, debris_position, rules):
+            closing_ns = stamp_ns + control.period_ns
+            points, duration_s = _closing_plan(mission.mu_count, stamp_ns, debris_position, rules, look, ahead)
+            return mission.next(
+                Phase.CLOSING,
+                closing_ns=closing_ns,
+                end_ns=closing_ns + round(rules.capture_duration_s / NANOSECOND_S),
+                closing_points=points,
+                points_ns=closing_ns,
+                closing_duration_s=duration_s,
+            )
+        if seconds_between(mission.launch_ns, stamp_ns) >= rules.give_up_s:
+            return mission.next(
+                Phase.MISSED,
+                end_ns=stamp_ns,
+                reason=f"the net did not come within {rules.trigger_distance_m:g} m of the debris "
+                f"in {rules.give_up_s:g} s",
+            )
+        if ahead is not None and look is not None and _plans(mission.mu_count, rules):
+            ahead.watch(stamp_ns, net_position, debris_position, look)
+    elif mission.phase == Phase.CLOSING:
+        if stamp_ns >= mission.end_ns:
+            return mission.next(Phase.COMPLETE)
+        if rules.release_docked:
+            known = mission.docked_ns or (0,) * mission.mu_count
+            from_now = stamp_ns + control.period_ns
+            docked_ns = tuple(
+                since or (from_now if docked else 0)
+                for since, docked in zip(
+                    known, docked_mus(mission.mu_count, locked, mission.closing_points), strict=True
+                )
+            )
+            if docked_ns != known:
+                return mission.next(Phase.CLOSING, docked_ns=docked_ns)
+        return _rallied(mission, stamp_ns, rules, control, locked, look)
+    return mission
+
+
+def _plans(mu_count: int, rules: MissionParameters) -> bool:
+    """True where the place to meet is chosen by a plan."""
+    return design(mu_count).closes_by_docking and rules.closing_plan == "planned"
+
+
+def _closing_plan(
+    mu_count: int,
+    stamp_ns: int,
+    debris_position,
+    rules: MissionParameters,
+    look: Callable[[], Sight | None] | None,
+    ahead: PlanAhead | None,
+) -> tuple[tuple[Point, ...], float]:
+    """Closing points [m] and the time to get there [s]; no points where winches close the net."""
+    if not design(mu_count).closes_by_docking:
+        return (), rules.closing_duration_s
+    if _plans(mu_count, rules):
+        plan = ahead.ready(stamp_ns) if ahead is not None else None
+        seen = look() if plan is None and look is not None else None
+        if seen is not None:
+            plan = closing.plan(seen, rules)
+        if plan is not None:
+            return plan.points, plan.duration_s
+    x, y, z = as_point(debris_position)
+    return ((x, y, z - rules.closing_depth_m),) * mu_count, rules.closing_duration_s
+
+
+def _rallied(mission, stamp_ns, rules, control, locked, look) -> Mission:
+    """The mission with new closing points where a bunch has not docked in time, else the same object."""
+    planned_ns = mission.closing_ns + round(mission.closing_duration_s / NANOSECOND_S)
+    period_ns = round(rules.rally_period_s / NANOSECOND_S)
+    due = period_ns > 0 and stamp_ns >= planned_ns and stamp_ns - mission.points_ns >= period_ns
+    if not due or look is None or not mission.closing_points or len(locked) != mission.mu_count:
+        return mission
+    seen = look()
+    points = None if seen is None else closing.rally(mission.closing_points, seen.mu_positions, locked, rules)
+    if points is None:
+        return mission
+    return mission.next(Phase.CLOSING, closing_points=points, points_ns=stamp_ns + control.period_ns)
+
+
+def check_debris_position(position, rules: MissionParameters) -> Point:
+    """The position itself, when missions are planned for it.
+
+    Raises:
+        ValueError: naming the coordinate and what is allowed.
+    """
+    point = as_point(position)
+    bounds = (
+        ("x", -rules.debris_bound_xy_m, rules.debris_bound_xy_m),
+        ("y", -rules.debris_bound_xy_m, rules.debris_bound_xy_m),
+        ("z", -rules.debris_far_m, -rules.debris_near_m),
+    )
+    for value, (name, low, high) in zip(point, bounds, strict=True):
+        if not low <= value <= high:  # also catches NaN
+            raise ValueError(
+                f"debris {name} = {value:g} m is out of bounds; allowed: {low:g} to {high:g} m (frame launch)"
+            )
+    return point

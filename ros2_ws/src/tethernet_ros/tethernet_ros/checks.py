@@ -1,0 +1,369 @@
+"""What each message must keep to be used: the contract of every topic and service, as code.
+
+A :class:`Check` turns the bytes of one message into plain values or a message that can be used as it is, or raises
+:class:`.well_formed.MessageError` with what was given and what is allowed. Nothing else in the project decides whether
+a message is sound. What is common to all types (finite numbers, stamps, lengths of texts) is in
+:mod:`.well_formed`, the types that arrive at every control tick are in :mod:`.serialized`; which stamps and sequences
+follow on which is up to who receives them. What others have written for people to read comes out escaped and cut.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, Generic, NamedTuple, TypeVar
+
+import numpy as np
+from geometry_msgs.msg import WrenchStamped
+from nav_msgs.msg import Odometry
+from std_msgs.msg import Header
+from std_srvs.srv import Trigger
+
+from tethernet_core.bounds import FARTHEST_M, FASTEST_M_S
+from tethernet_core.layout import DESIGNS, design
+from tethernet_core.mission import Mission, Mode, Phase
+from tethernet_core.shown import shown
+from tethernet_core.unknown import restore
+from tethernet_msgs.msg import CaptureAssessment, MissionState, MuStatus, NetState, SimStatus
+from tethernet_msgs.srv import PlanAimingPoints
+from tethernet_ros.conversions import Vector, coordinates, nanoseconds
+from tethernet_ros.serialized import (
+    OdometrySample,
+    ThrustCommand,
+    check_bounds,
+    check_frame,
+    decoded,
+    header_stamp,
+    odometry_sample,
+    thrust_command,
+)
+from tethernet_ros.well_formed import MessageError, check_stamp, check_well_formed
+
+Checked = TypeVar("Checked")
+
+SOURCES = ("net_state", "mu_odometry")
+"""What an assessment may be made from."""
+
+_SMALL, _MIDDLE, _LARGE = 16_384, 65_536, 4_194_304
+"""Most bytes of a message: of one with a header and numbers, with texts, with a whole net. Longer ones are not even
+looked into."""
+
+_LONGEST_S = 1e6
+"""Of a duration [s]."""
+
+
+@dataclass(frozen=True)
+class Check(Generic[Checked]):
+    """How the messages of one topic are checked."""
+
+    kind: type
+    """The message's type."""
+    read: Callable[[bytes], Checked]
+    """The checked values from the message's bytes; raises MessageError."""
+    largest_bytes: int = _MIDDLE
+    """More are refused unread."""
+
+
+class MissionNews(NamedTuple):
+    """What a mission state says."""
+
+    mission: Mission
+    stamp_ns: int
+    """When it was decided [ns]."""
+    confirmed: bool
+    """Every reachable controller has echoed it."""
+    message: MissionState
+    """As it came, checked."""
+
+
+class NetMeasurement(NamedTuple):
+    """What a net state says; all in frame launch, MU 1 and knot 1 first."""
+
+    stamp_ns: int
+    """[ns]."""
+    center: Vector
+    """Centre of mass of the knots [m]."""
+    center_all: Vector | None
+    """Centre of mass of knots and MUs [m]; None where it is not known."""
+    knot_positions: np.ndarray
+    """[m], float32, shape (N, 3)."""
+    knot_velocities: np.ndarray
+    """[m/s], likewise."""
+    mu_positions: np.ndarray
+    """[m], float32, shape (M, 3)."""
+    mu_velocities: np.ndarray
+    """[m/s], likewise."""
+    locked: list[bool]
+    """One for each closing pair."""
+
+
+class PlanRequest(NamedTuple):
+    """What somebody asks the planner."""
+
+    policy: str
+    """Empty: the planner's own."""
+    mu_count: int
+    """0: the planner's own design."""
+    debris_position: Vector
+    """[m]."""
+
+
+class PlanAnswer(NamedTuple):
+    """What the planner answers."""
+
+    success: bool
+    message: str
+    policy: str
+    """That made the points."""
+    points: list[Vector]
+    """[m], one for each MU; empty without success."""
+
+
+ODOMETRY: Check[OdometrySample] = Check(Odometry, odometry_sample, _SMALL)
+"""nav_msgs/Odometry of an MU, the debris or the chaser."""
+
+THRUST: Check[ThrustCommand] = Check(WrenchStamped, thrust_command, _SMALL)
+"""geometry_msgs/WrenchStamped of a controller."""
+
+HEARTBEAT: Check[int] = Check(Header, header_stamp, _SMALL)
+"""std_msgs/Header of the planner: the stamp [ns]."""
+
+
+def mission_state(mu_count: int | None = None) -> Check[MissionNews]:
+    """tethernet_msgs/MissionState.
+
+    Args:
+        mu_count: the design it must be of; None for any.
+    """
+
+    def read(data: bytes) -> MissionNews:
+        message = _sound(data, MissionState, "reason")
+        mission = mission_from(message)
+        if mu_count is not None and mission.mu_count != mu_count:
+            raise MessageError(f"a mission of {mission.mu_count} MUs; allowed: {mu_count}")
+        return MissionNews(mission, nanoseconds(message.header.stamp), message.confirmed, message)
+
+    return Check(MissionState, read)
+
+
+def mission_from(message: MissionState) -> Mission:
+    """The mission that a message tells of.
+
+    Args:
+        message: well-formed, see :func:`.well_formed.check_well_formed`.
+
+    Raises:
+        MessageError: for a phase or a design that does not exist, times in the wrong order, points nobody can fly to.
+    """
+    _one_of("phase", message.phase, range(max(Phase) + 1))
+    _one_of("mu_count", message.mu_count, DESIGNS)
+    for name, given in (("closing_points", message.closing_points), ("docked_times", message.docked_times)):
+        _one_of(f"the number of {name}", len(given), (0, message.mu_count))
+    times = [nanoseconds(time) for time in (message.launch_time, message.closing_time, message.end_time)]
+    known = [time_ns for time_ns in times if time_ns]
+    if known != sorted(known):
+        raise MessageError(f"launch, closing and end at {times} ns; allowed: in this order, 0 where not known yet")
+    if not 0.0 <= message.closing_duration <= _LONGEST_S:
+        raise MessageError(f"closing_duration is {message.closing_duration:g} s; allowed: 0 to {_LONGEST_S:g}")
+    for point in (message.debris_position, *message.closing_points):
+        check_bounds(coordinates(point), FARTHEST_M, "a point", "m")
+    launch_ns, closing_ns, end_ns = times
+    return Mission(
+        mu_count=message.mu_count,
+        phase=Phase(message.phase),
+        sequence=message.sequence,
+        mission_id=message.mission_id,
+        policy=message.policy,
+        launch_ns=launch_ns,
+        closing_ns=closing_ns,
+        end_ns=end_ns,
+        debris_position=coordinates(message.debris_position),
+        closing_points=tuple(map(coordinates, message.closing_points)),
+        closing_duration_s=message.closing_duration,
+        points_ns=nanoseconds(message.points_time),
+        docked_ns=tuple(map(nanoseconds, message.docked_times)),
+        reason=message.reason,
+    )
+
+
+def mu_status(mu: int) -> Check[MuStatus]:
+    """tethernet_msgs/MuStatus on the topic of MU ``mu``."""
+
+    def read(data: bytes) -> MuStatus:
+        message = _sound(data, MuStatus, "aiming_source")
+        _one_of("mu", message.mu, (mu,))
+        _one_of("mode", message.mode, range(max(Mode) + 1))
+        _not_negative(
+            message, "tracking_error", "max_tracking_error", "fuel", "fuel_at_trigger", "position_sigma",
+            "velocity_sigma",
+        )  # fmt: skip
+        for point in (message.aiming_point, message.desired_position):
+            check_bounds(coordinates(point), FARTHEST_M, "a point", "m")
+        return message
+
+    return Check(MuStatus, read)
+
+
+def net_state(mu_count: int) -> Check[NetMeasurement]:
+    """tethernet_msgs/NetState.
+
+    Args:
+        mu_count: the design it must be of.
+    """
+    pairs = design(mu_count).max_locked_pairs
+
+    def read(data: bytes) -> NetMeasurement:
+        message = _decoded_in_frame(data, NetState)
+        knots = message.rows * message.columns
+        if not knots:
+            raise MessageError(f"{message.rows} x {message.columns} knots; allowed: at least one")
+        _one_of("the number of locked", len(message.locked), (pairs,))
+        # The numbers are checked here and not with those of all messages: bounds find NaN too, in one look.
+        check_bounds(coordinates(message.center_of_mass), FARTHEST_M, "center_of_mass", "m")
+        check_bounds(coordinates(message.center_of_mass_all), FARTHEST_M, "center_of_mass_all", "m")
+        check_bounds((message.tether_length, message.tether_tension, 0.0), FARTHEST_M, "tether", "m and N")
+        stamp = message.header.stamp
+        return NetMeasurement(
+            check_stamp(stamp.sec, stamp.nanosec),
+            coordinates(message.center_of_mass),
+            coordinates(message.center_of_mass_all) if message.center_of_mass_all_valid else None,
+            _rows(message, "knot_positions", knots, FARTHEST_M),
+            _rows(message, "knot_velocities", knots, FASTEST_M_S),
+            _rows(message, "mu_positions", mu_count, FARTHEST_M),
+            _rows(message, "mu_velocities", mu_count, FASTEST_M_S),
+            message.locked,
+        )
+
+    return Check(NetState, read, _LARGE)
+
+
+def sim_status(mu_count: int) -> Check[SimStatus]:
+    """tethernet_msgs/SimStatus.
+
+    Args:
+        mu_count: the design it must be of.
+    """
+
+    def read(data: bytes) -> SimStatus:
+        message = _sound(data, SimStatus, "fault")
+        for name in ("late_commands", "rejected_commands", "clipped_commands", "zeroed_commands", "applied_fuel"):
+            _one_of(f"the number of {name}", len(getattr(message, name)), (mu_count,))
+        lost = list(message.lost_controllers)
+        if len(lost) > mu_count or not all(1 <= mu <= mu_count for mu in lost):
+            raise MessageError(f"lost_controllers are {lost[:mu_count]}; allowed: numbers from 1 to {mu_count}")
+        _not_negative(message, "real_time_factor", "latency_p50", "latency_p99", "latency_max")
+        if any(value < 0.0 for value in message.applied_fuel):
+            raise MessageError(f"applied_fuel is {list(message.applied_fuel)} kg; allowed: 0 and more")
+        return message
+
+    return Check(SimStatus, read)
+
+
+def assessment(mu_count: int) -> Check[CaptureAssessment]:
+    """tethernet_msgs/CaptureAssessment; numbers that are not known are NaN in what comes out.
+
+    Args:
+        mu_count: the design it must be of.
+    """
+    layout = design(mu_count)
+
+    def read(data: bytes) -> CaptureAssessment:
+        message = _sound(data, CaptureAssessment, "verdict", "predictor")
+        _one_of("stage", message.stage, range(CaptureAssessment.FINAL + 1))
+        _one_of("source", message.source, SOURCES)
+        _one_of("max_locked_pairs", message.max_locked_pairs, (layout.max_locked_pairs,))
+        _one_of("required_locked_pairs", message.required_locked_pairs, (layout.required_locked_pairs,))
+        _one_of("locked_pairs", message.locked_pairs, range(layout.max_locked_pairs + 1))
+        _not_negative(message, "cqi", "cqi_all", "hull_volume", "hull_area", "mouth_area", "net_debris_distance")
+        if not 0.0 <= message.predicted_capture_probability <= 1.0:
+            raise MessageError(
+                f"predicted_capture_probability is {message.predicted_capture_probability:g}; allowed: 0 to 1"
+            )
+        return restore(message)
+
+    return Check(CaptureAssessment, read)
+
+
+def plan_request(message: PlanAimingPoints.Request) -> PlanRequest:
+    """What somebody asks the planner; whether there is such a policy and such a place is the planner's business.
+
+    Raises:
+        MessageError: for numbers that are not finite, or a name without end.
+    """
+    check_well_formed(message)
+    return PlanRequest(message.policy, message.mu_count, coordinates(message.debris_position))
+
+
+def plan_answer(mu_count: int) -> Callable[[PlanAimingPoints.Response], PlanAnswer]:
+    """The check of the planner's answer.
+
+    Args:
+        mu_count: how many aiming points there must be, where there are any.
+    """
+
+    def read(message: PlanAimingPoints.Response) -> PlanAnswer:
+        check_well_formed(message)
+        points = [coordinates(point) for point in message.aiming_points]
+        _one_of("the number of aiming_points", len(points), (mu_count,) if message.success else (0, mu_count))
+        for point in points:
+            check_bounds(point, FARTHEST_M, "an aiming point", "m")
+        return PlanAnswer(message.success, shown(message.message), message.policy, points)
+
+    return read
+
+
+def trigger_request(message: Trigger.Request) -> None:
+    """std_srvs/Trigger asks nothing that could be wrong."""
+
+
+def trigger_answer(message: Trigger.Response) -> tuple[bool, str]:
+    """Whether a std_srvs/Trigger was done, and what is said of it.
+
+    Raises:
+        MessageError: for a text without end.
+    """
+    check_well_formed(message)
+    return message.success, shown(message.message)
+
+
+def _sound(data: bytes, kind: type, *texts: str) -> Any:
+    """The message, well-formed and in frame launch; ``texts`` are for people and made fit to be seen."""
+    message = _decoded_in_frame(data, kind)
+    check_well_formed(message)
+    for name in texts:
+        setattr(message, name, shown(getattr(message, name)))
+    return message
+
+
+def _decoded_in_frame(data: bytes, kind: type) -> Any:
+    message = decoded(data, kind)
+    check_frame(message.header.frame_id, kind)
+    return message
+
+
+def _one_of(name: str, value: Any, allowed: Any) -> None:
+    if value not in allowed:
+        what = f"{allowed[0]} to {allowed[-1]}" if isinstance(allowed, range) else " or ".join(map(str, allowed))
+        raise MessageError(f"{name} is {value!r}; allowed: {what}")
+
+
+def _not_negative(message: Any, *names: str) -> None:
+    for name in names:
+        value = getattr(message, name)
+        if value < 0.0:
+            raise MessageError(f"{name} is {value:g}; allowed: 0 and more")
+
+
+def _rows(message: NetState, name: str, count: int, limit: float) -> np.ndarray:
+    """A flat array of the message as x y z rows, shape (count, 3).
+
+    Raises:
+        MessageError: for another length, numbers that are not finite, or beyond the limit.
+    """
+    flat = np.frombuffer(getattr(message, name), np.float32)
+    if len(flat) != 3 * count:
+        raise MessageError(f"{name} has {len(flat)} numbers; allowed: {3 * count}")
+    largest = np.abs(flat).max()  # NaN where one is
+    if not largest <= limit:  # also catches NaN
+        raise MessageError(f"{name} reaches {largest:g}; allowed: finite, within {limit:g}")
+    return flat.reshape(-1, 3)
