@@ -13,7 +13,7 @@ from tethernet_control.controller import MuController
 from tethernet_core.layout import design
 from tethernet_core.mission import Mission, arm, launch
 from tethernet_planner import closing
-from tethernet_planner.closing import off_course, sight
+from tethernet_planner.closing import closing_situation, off_course
 from tethernet_planner.mission_rules import advance
 from tethernet_planner.plan_ahead import PlanAhead
 from tethernet_sim.fly import Settings, fly, fly_many
@@ -97,7 +97,7 @@ def test_the_controllers_class_gives_the_same_bits_as_the_compiled_batch():
 
         def look():
             lost = off_course(positions, scenario.aiming_points(), settings.mission)
-            return sight(positions, velocities, *world.body_motion(0, DEBRIS), lost)
+            return closing_situation(positions, velocities, *world.body_motion(0, DEBRIS), lost)
 
         mission = advance(
             mission, stamp_ns, world.net_center(0), world.debris_position(0), settings.mission, settings.control,
@@ -107,9 +107,9 @@ def test_the_controllers_class_gives_the_same_bits_as_the_compiled_batch():
             controller.take_mission(mission)
 
     outcome = fly(scenario, settings, observe)
-    assert tuple(c.account.fuel_kg for c in controllers) == outcome.fuel_kg
-    assert tuple(c.account.fuel_at_trigger_kg for c in controllers) == outcome.fuel_at_trigger_kg
-    assert max(c.account.max_tracking_error_m for c in controllers) == outcome.max_tracking_error_m
+    assert tuple(c.statistics.fuel_kg for c in controllers) == outcome.fuel_kg
+    assert tuple(c.statistics.fuel_at_trigger_kg for c in controllers) == outcome.fuel_at_trigger_kg
+    assert max(c.statistics.max_tracking_error_m for c in controllers) == outcome.max_tracking_error_m
 
 
 def test_the_trigger_leaves_nothing_to_plan(monkeypatch):
@@ -118,9 +118,9 @@ def test_the_trigger_leaves_nothing_to_plan(monkeypatch):
     now = 0
     best = closing._Places.best
 
-    def counted(places, bunch):
+    def counted(places, group):
         done[now] = done.get(now, 0) + 1
-        return best(places, bunch)
+        return best(places, group)
 
     def observe(stamp_ns, _world, _flying):
         nonlocal now
@@ -139,10 +139,14 @@ def test_the_closing_is_planned_from_odometry(monkeypatch):
     """With much noise the planner sees it, with none it sees the MUs as they are."""
     seen = []
     planning = closing.planning
-    monkeypatch.setattr(closing, "planning", lambda sight, rules: seen.append(sight) or planning(sight, rules))
+    monkeypatch.setattr(
+        closing,
+        "planning",
+        lambda closing_situation, rules: seen.append(closing_situation) or planning(closing_situation, rules),
+    )
     for sigma in (0.0, 0.3):
         fly(Scenario(), Settings.load(control={"position_sigma_m": sigma}, mission={"capture_duration_s": 1.0}))
-    exact, noisy = (sight.mu_positions for sight in seen)
+    exact, noisy = (closing_situation.mu_positions for closing_situation in seen)
     assert 0.1 < np.abs(noisy - exact).mean() < 0.6
 
 

@@ -64,7 +64,9 @@ def test_the_others_close_the_net_when_a_controller_is_killed_in_flight(tmp_path
         assert mission.finish() == 0, mission.text
         states = [mission_from(message) for message in read_bag(mission.run)["/mission/state"]]
         planned = next(state for state in states if state.closing_points)
-        assert closing.bunches(planned.closing_points) == [[1, 5, 2, 6, 4, 8, 7]], "the closing leaves the lost one out"
+        assert closing.docking_groups(planned.closing_points) == [[1, 5, 2, 6, 4, 8, 7]], (
+            "the closing leaves the lost one out"
+        )
         outcome = mission.outcome
         assert outcome["captured"] is True
         assert outcome["lost_controllers"] == [3]
@@ -205,7 +207,7 @@ def test_an_external_driver_killed_in_flight_is_named_and_the_others_close_the_n
         assert warning in mission.text
         states = [mission_from(message) for message in read_bag(mission.run)["/mission/state"]]
         planned = next(state for state in states if state.closing_points)
-        assert 3 not in {mu for bunch in closing.bunches(planned.closing_points) for mu in bunch}
+        assert 3 not in {mu for group in closing.docking_groups(planned.closing_points) for mu in group}
         assert mission.outcome["locked_pairs"] >= 6
 
 

@@ -90,8 +90,8 @@ def test_other_missions_fly_exactly_as_in_one_process(tmp_path, domain_id, mus, 
 
 
 def test_in_real_time_all_controllers_act_on_every_decision_at_the_next_tick(tmp_path, domain_id):
-    """Round a debris that tumbles: closing begins exactly one tick after the trigger; docked MUs are off and bunches
-    fly to new meeting places when they should.
+    """Round a debris that tumbles: closing begins exactly one tick after the trigger; docked MUs are off and docking
+    groups fly to new meeting places when they should.
 
     A machine that is too busy may make any process late once. It does not do so at the very tick of the trigger in
     three flights, and where the simulator had all commands in time about the trigger it is no excuse at all.

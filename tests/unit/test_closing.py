@@ -10,7 +10,7 @@ from tethernet_core.parameters import load
 from tethernet_core.settings import MissionParameters
 from tethernet_planner import closing
 from tethernet_planner.debris_section import Outline, axis_after, gap
-from tethernet_planner.mouth import spanned
+from tethernet_planner.mouth import project_to_reachable
 
 RULES = load(MissionParameters)
 MOUTH = np.array([(x, y, 0.5) for x, y in design(8).nominal_offsets])
@@ -22,7 +22,7 @@ def seen(axis, mouth=MOUTH, rate=(0.0, 0.0, 0.0), lost=(False,) * 8):
     attitude = Rotation.align_vectors([np.array(axis) / np.linalg.norm(axis)], [[0.0, 0.0, 1.0]])[0]
     velocities = np.tile((0.0, 0.0, -2.0), (8, 1))
     in_body = attitude.inv().apply(rate)
-    return closing.sight(mouth + CENTER, velocities, CENTER, attitude.as_quat(), (0.0,) * 3, in_body, lost)
+    return closing.closing_situation(mouth + CENTER, velocities, CENTER, attitude.as_quat(), (0.0,) * 3, in_body, lost)
 
 
 def relative(plan):
@@ -32,7 +32,7 @@ def relative(plan):
 def test_a_sight_takes_odometry_as_messages_carry_it():
     attitude = Rotation.from_rotvec((0.3, -0.5, 0.2))
     linear, angular = (1.0, 2.0, 3.0), (0.1, 0.2, 0.3)
-    got = closing.sight(MOUTH, MOUTH, CENTER, attitude.as_quat(), linear, angular)
+    got = closing.closing_situation(MOUTH, MOUTH, CENTER, attitude.as_quat(), linear, angular)
     assert np.allclose(got.debris_velocity, attitude.apply(linear))
     assert np.allclose(got.debris_rate, attitude.apply(angular))
     assert np.allclose(got.debris_axis, attitude.apply((0.0, 0.0, 1.0)))
@@ -40,10 +40,10 @@ def test_a_sight_takes_odometry_as_messages_carry_it():
 
 def test_the_axis_tumbles_as_the_simulated_debris_does():
     world = make_world(8, attitude=Rotation.from_rotvec((0.4, 0.9, 0.0)).as_quat(), rate=(0.06, -0.04, 0.09))
-    before = closing.sight(np.zeros((8, 3)), np.zeros((8, 3)), *world.body_motion(0, 0))
+    before = closing.closing_situation(np.zeros((8, 3)), np.zeros((8, 3)), *world.body_motion(0, 0))
     for _ in range(200):
         world.advance(np.zeros((1, 8, 3)))
-    after = closing.sight(np.zeros((8, 3)), np.zeros((8, 3)), *world.body_motion(0, 0))
+    after = closing.closing_situation(np.zeros((8, 3)), np.zeros((8, 3)), *world.body_motion(0, 0))
     foreseen = closing.foreseen(before, 10.0, RULES)
     assert np.allclose(foreseen.debris_axis, after.debris_axis, atol=1e-6)
     assert np.allclose(foreseen.debris_rate, after.debris_rate, atol=1e-6)
@@ -91,17 +91,17 @@ def test_two_bunches_meet_where_one_place_is_out_of_reach(axis):
     plan = closing.plan(seen(axis), RULES)
     assert plan.feasible
     assert plan.pairs == 6
-    assert plan.duration_s == RULES.bunch_duration_s
-    bunches = closing.bunches(plan.points)
-    assert sorted(map(len, bunches)) == [4, 4]
-    one, other = (relative(plan)[bunch[0] - 1] for bunch in bunches)
+    assert plan.duration_s == RULES.group_duration_s
+    docking_groups = closing.docking_groups(plan.points)
+    assert sorted(map(len, docking_groups)) == [4, 4]
+    one, other = (relative(plan)[group[0] - 1] for group in docking_groups)
     assert one[:2] @ other[:2] < 0.0, "on either side of the debris"
     direction = np.array(axis) / np.linalg.norm(axis)
-    for bunch in bunches:
-        place = relative(plan)[bunch[0] - 1]
+    for group in docking_groups:
+        place = relative(plan)[group[0] - 1]
         assert gap(place, direction, RULES.target_radius_m, RULES.target_length_m / 2) >= RULES.closing_clearance_m
-        middle = MOUTH[np.array(bunch) - 1, :2].mean(axis=0)
-        assert middle @ place[:2] > 0.0, "each bunch on its own side"
+        middle = MOUTH[np.array(group) - 1, :2].mean(axis=0)
+        assert middle @ place[:2] > 0.0, "each docking group on its own side"
 
 
 def test_every_attitude_has_a_plan_that_can_be_flown():
@@ -122,9 +122,9 @@ def test_two_bunches_meet_sooner_round_a_debris_that_turns():
     assert turning.pairs == 6
     assert turning.duration_s == pytest.approx(38.0 / 5.0)
     rolling = closing.plan(seen(ROW, rate=(np.radians(5.0), 0.0, 0.0)), RULES)
-    assert rolling.duration_s == RULES.bunch_duration_s, "a cylinder looks the same whichever way it has rolled"
+    assert rolling.duration_s == RULES.group_duration_s, "a cylinder looks the same whichever way it has rolled"
     wild = closing.plan(seen(ROW, rate=(0.0, 0.0, np.radians(60.0))), RULES)
-    assert wild.duration_s >= 0.6 * RULES.bunch_duration_s
+    assert wild.duration_s >= 0.6 * RULES.group_duration_s
 
 
 @pytest.mark.parametrize("lost", [(), (2,), (1, 5), (1, 6), range(1, 8), range(1, 9)])
@@ -155,7 +155,7 @@ def test_the_lost_is_left_out_and_the_others_meet():
     plan = closing.plan(seen(DIAGONAL, lost=lost), RULES)
     assert plan.pairs == 6
     assert plan.points[5] == pytest.approx(MOUTH[5] + CENTER), "it stays where it is"
-    assert closing.bunches(plan.points) == [[1, 5, 2, 4, 8, 3, 7]]
+    assert closing.docking_groups(plan.points) == [[1, 5, 2, 4, 8, 3, 7]]
 
 
 def test_who_is_far_beside_its_aiming_point_is_lost():
@@ -170,7 +170,7 @@ def test_nobody_is_lost_whom_a_net_too_short_holds_back():
     aims = MOUTH * (1.0, 1.0, 0.0)
     aims[4, :2] += (0.0, -5.0)  # side MU 5 out,
     aims[0, :2] += (-5.0, 5.0)  # its neighbour in corner 1 away from it
-    places = spanned(aims)
+    places = project_to_reachable(aims)
     assert np.linalg.norm(places - aims, axis=1).max() > 2.0
     places[:, 2] = MOUTH[:, 2]
     assert closing.off_course(places, aims, RULES) == (False,) * 8
@@ -183,10 +183,10 @@ def test_a_rally_goes_to_the_last_and_gives_up_who_is_too_far():
     places = np.tile(point, (8, 1)) + np.arange(8)[:, None] * (0.05, 0.0, 0.0)
     places[4] += (1.5, 0.0, 0.0)
     nothing = [False] * 8
-    rallied = closing.rally([point] * 8, places, nothing, RULES)
+    rallied = closing.regroup([point] * 8, places, nothing, RULES)
     assert set(rallied) == {tuple(places[4])}
-    places[1] += (0.0, RULES.rally_reach_m + 1.0, 0.0)
-    rallied = closing.rally([point] * 8, places, nothing, RULES)
+    places[1] += (0.0, RULES.regroup_reach_m + 1.0, 0.0)
+    rallied = closing.regroup([point] * 8, places, nothing, RULES)
     assert rallied[1] == tuple(places[1])
     assert {rallied[m] for m in range(8) if m != 1} == {tuple(places[4])}
-    assert closing.rally([point] * 8, places, [True] * 8, RULES) is None
+    assert closing.regroup([point] * 8, places, [True] * 8, RULES) is None

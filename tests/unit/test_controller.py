@@ -49,7 +49,7 @@ def test_idle_without_a_mission():
     made = controller()
     assert fly(made, range(3)) == STILL
     assert made.mode == Mode.IDLE
-    assert made.account.commands == 3
+    assert made.statistics.commands == 3
 
 
 def test_zero_thrust_until_launch_time():
@@ -64,8 +64,8 @@ def test_follows_the_line_from_where_it_was_at_launch():
     made = controller(launched())
     fly(made, range(21))
     assert made.desired == pytest.approx([s + (a - s) / 25.0 for s, a in zip(START, (12.0, 12.0, -50.0), strict=True)])
-    assert made.account.tracking_error_m == pytest.approx(math.dist(made.desired, START))
-    assert made.account.max_tracking_error_m >= made.account.tracking_error_m
+    assert made.statistics.tracking_error_m == pytest.approx(math.dist(made.desired, START))
+    assert made.statistics.max_tracking_error_m >= made.statistics.tracking_error_m
 
 
 def test_thrust_is_the_laws():
@@ -87,9 +87,9 @@ def test_odometry_that_is_not_finite_is_dropped_and_counted(position, velocity):
     fly(made, range(5))
     before = made.on_odometry(5 * PERIOD, START, STILL)
     assert made.on_odometry(6 * PERIOD, position, velocity) is None
-    assert made.account.rejected_odometry == 1
+    assert made.statistics.rejected_odometry == 1
     assert all(map(math.isfinite, (*before, *made.on_odometry(7 * PERIOD, START, STILL))))
-    assert made.account.deadline_misses == 1  # the period of the dropped sample
+    assert made.statistics.deadline_misses == 1  # the period of the dropped sample
 
 
 def test_odometry_out_of_order_is_dropped_and_counted():
@@ -97,7 +97,7 @@ def test_odometry_out_of_order_is_dropped_and_counted():
     fly(made, range(5))
     assert made.on_odometry(4 * PERIOD, START, STILL) is None
     assert made.on_odometry(3 * PERIOD, START, STILL) is None
-    assert made.account.rejected_odometry == 2
+    assert made.statistics.rejected_odometry == 2
 
 
 def test_lost_odometry_zeroes_thrust_until_it_comes_back():
@@ -107,12 +107,12 @@ def test_lost_odometry_zeroes_thrust_until_it_comes_back():
     assert made.mode == Mode.NO_ODOMETRY
     assert not made.odometry_lost()  # told once
     held = tuple(made._thrust)
-    before = made.account.fuel_kg
+    before = made.statistics.fuel_kg
     fly(made, [40])
     assert made.mode == Mode.DEPLOYING
-    assert made.account.deadline_misses == 20
+    assert made.statistics.deadline_misses == 20
     # The last command acted until the first tick at which it was more than five periods old: for six.
-    assert made.account.fuel_kg - before == pytest.approx(law.fuel_used(held, 0.3, 60.0, 9.81))
+    assert made.statistics.fuel_kg - before == pytest.approx(law.fuel_used(held, 0.3, 60.0, 9.81))
 
 
 def test_a_halted_lock_step_does_not_change_the_account():
@@ -122,7 +122,7 @@ def test_a_halted_lock_step_does_not_change_the_account():
         assert thrusts[0] == thrusts[1]
         if tick % 7 == 3:
             disturbed.odometry_lost()  # wall time passed, no time on the stamps
-    assert dataclasses.asdict(undisturbed.account) == dataclasses.asdict(disturbed.account)
+    assert dataclasses.asdict(undisturbed.statistics) == dataclasses.asdict(disturbed.statistics)
 
 
 def test_closing_flies_to_the_closing_point_from_the_tick_after_the_trigger():
@@ -143,9 +143,9 @@ def test_four_mus_switch_off_when_the_winches_take_over():
     made.take_mission(closing(mission, 480))
     assert fly(made, [481]) == STILL
     assert made.mode == Mode.OFF
-    fuel = made.account.fuel_kg
+    fuel = made.statistics.fuel_kg
     fly(made, range(482, 500))
-    assert made.account.fuel_kg == made.account.fuel_at_trigger_kg == fuel
+    assert made.statistics.fuel_kg == made.statistics.fuel_at_trigger_kg == fuel
 
 
 def test_fuel_at_trigger_stands_whatever_comes_after():
@@ -155,16 +155,16 @@ def test_fuel_at_trigger_stands_whatever_comes_after():
     closed = closing(mission, 480)
     made.take_mission(closed)
     fly(made, [481])
-    at_trigger = made.account.fuel_kg
-    assert made.account.fuel_at_trigger_kg == at_trigger > 0.0
+    at_trigger = made.statistics.fuel_kg
+    assert made.statistics.fuel_at_trigger_kg == at_trigger > 0.0
     fly(made, range(482, 481 + 300))
     assert made.mode == Mode.CLOSING
     assert fly(made, [481 + 300]) == STILL  # end_ns
     assert made.mode == Mode.OFF
-    end = made.account.fuel_kg
+    end = made.statistics.fuel_kg
     fly(made, range(782, 800))
-    assert made.account.fuel_kg == end > at_trigger
-    assert made.account.fuel_at_trigger_kg == at_trigger
+    assert made.statistics.fuel_kg == end > at_trigger
+    assert made.statistics.fuel_at_trigger_kg == at_trigger
 
 
 def test_fuel_is_the_integral_of_thrust():
@@ -173,8 +173,8 @@ def test_fuel_is_the_integral_of_thrust():
     for tick in range(60):
         expected += law.fuel_used(previous, 0.05, 60.0, 9.81) if tick else 0.0
         previous = made.on_odometry(tick * PERIOD, (0.5, 0.6, -1.4 - 0.01 * tick), STILL)
-    assert made.account.fuel_kg == pytest.approx(expected, rel=1e-12)
-    assert made.account.saturated > 0
+    assert made.statistics.fuel_kg == pytest.approx(expected, rel=1e-12)
+    assert made.statistics.saturated > 0
 
 
 def test_an_abort_switches_off():
@@ -202,7 +202,7 @@ def test_a_docked_unit_switches_off():
     made.take_mission(closed)
     assert fly(made, [481, 482]) != STILL
     almost = advance(closed, 483 * PERIOD, DEBRIS, DEBRIS, RELEASING, CONTROL, [1, 1, 1, 0, 1, 1, 1, 1])
-    assert almost is closed, "the bunch has not docked as a whole"
+    assert almost is closed, "the docking group has not docked as a whole"
     done = advance(closed, 483 * PERIOD, DEBRIS, DEBRIS, RELEASING, CONTROL, [1] * 8)
     assert done.docked_ns == (484 * PERIOD,) * 8
     made.take_mission(done)
@@ -245,11 +245,11 @@ def test_without_news_of_the_planner_the_thrust_ends_until_it_is_back():
     said = heard_last(made, 49, 50 + 2 * patience)
     assert all(thrust != STILL and mode == Mode.DEPLOYING for thrust, mode in said[:patience])
     assert all(thrust == STILL and mode == Mode.NO_PLANNER for thrust, mode in said[patience:])
-    fuel = made.account.fuel_kg
+    fuel = made.statistics.fuel_kg
     back = 50 + 2 * patience
     assert fly(made, range(back, back + CONTROL.clock_recovery_samples)) != STILL
     assert made.mode == Mode.DEPLOYING
-    assert made.account.fuel_kg == fuel
+    assert made.statistics.fuel_kg == fuel
 
 
 def test_a_lock_step_that_halts_does_not_lose_the_planner():
@@ -275,7 +275,7 @@ def test_ten_minutes_without_a_planner_take_five_seconds_of_propellant():
     made.on_odometry(0, START, STILL)
     for tick in range(1, 12001):
         made.on_odometry(tick * PERIOD, (-10.0, -10.0, -50.0), STILL)
-    assert made.account.fuel_kg < law.fuel_used((5.1, 5.1, 5.1), CONTROL.planner_timeout_s + 0.1, 60.0, 9.81)
+    assert made.statistics.fuel_kg < law.fuel_used((5.1, 5.1, 5.1), CONTROL.planner_timeout_s + 0.1, 60.0, 9.81)
     assert made.mode == Mode.OFF
 
 
@@ -296,7 +296,7 @@ def test_the_propellant_is_a_budget():
     fly(made, range(400))
     assert made.mode == Mode.EMPTY
     assert made.propellant_kg == 0.0
-    assert 0.01 <= made.account.fuel_kg <= 0.01 + law.fuel_used((5.1, 5.1, 5.1), 0.05, 60.0, 9.81)
+    assert 0.01 <= made.statistics.fuel_kg <= 0.01 + law.fuel_used((5.1, 5.1, 5.1), 0.05, 60.0, 9.81)
 
 
 def test_every_abort_is_obeyed_in_flight():
@@ -333,7 +333,11 @@ def test_one_stamp_from_the_future_is_dropped_and_nothing_else_happens():
     assert made.on_odometry(10**18, START, STILL) is None
     assert "off the last one" in made.dropped_because
     assert [fly(made, [k]) for k in range(100, 110)] == [fly(other, [k]) for k in range(100, 110)]
-    assert (made.account.clock_jumps, made.account.rejected_odometry, made.account.deadline_misses) == (1, 1, 0)
+    assert (made.statistics.clock_jumps, made.statistics.rejected_odometry, made.statistics.deadline_misses) == (
+        1,
+        1,
+        0,
+    )
 
 
 @pytest.mark.parametrize("offset_ns", [-4_000_000_000, 4_000_000_000])
@@ -346,7 +350,7 @@ def test_a_clock_that_was_set_anew_is_followed_after_some_samples(offset_ns):
         made.on_heartbeat(tick * PERIOD + offset_ns)
     assert made.stamp_ns == 209 * PERIOD + offset_ns
     assert made.mode == Mode.DEPLOYING
-    assert made.account.clock_resets == (offset_ns < 0)
+    assert made.statistics.clock_resets == (offset_ns < 0)
 
 
 @pytest.mark.parametrize("offset_ns", [-(10**15), 10**18])
@@ -355,7 +359,7 @@ def test_a_clock_that_has_nothing_to_do_with_the_missions_gets_no_thrust(offset_
     fly(made, range(200))
     answers = [made.on_odometry(tick * PERIOD + offset_ns, START, STILL) for tick in range(200, 210)]
     assert answers == [None] * (CONTROL.clock_recovery_samples - 1) + [STILL] * (11 - CONTROL.clock_recovery_samples)
-    assert made.account.deadline_misses == 0
+    assert made.statistics.deadline_misses == 0
 
 
 def test_positions_nobody_can_be_at_are_dropped():
@@ -373,5 +377,5 @@ def test_the_tracking_error_is_the_estimates():
     for tick in range(40):
         sample = (START[0] + 0.05 * (-1) ** tick, *START[1:])
         made.on_odometry(tick * PERIOD, sample, STILL)
-    assert made.account.tracking_error_m == pytest.approx(math.dist(made.desired, made._state[:3]), rel=1e-12)
-    assert made.account.tracking_error_m != pytest.approx(math.dist(made.desired, sample), abs=0.01)
+    assert made.statistics.tracking_error_m == pytest.approx(math.dist(made.desired, made._state[:3]), rel=1e-12)
+    assert made.statistics.tracking_error_m != pytest.approx(math.dist(made.desired, sample), abs=0.01)

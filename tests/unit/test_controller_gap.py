@@ -10,7 +10,7 @@ from tethernet_control.controller import MuController
 from tethernet_core.mission import Mission, arm, launch
 from tethernet_core.parameters import load
 from tethernet_core.settings import ControlParameters
-from tethernet_sim.lockstep import ThrustBook
+from tethernet_sim.lockstep import CommandBuffer
 
 CONTROL = load(ControlParameters)
 PERIOD, T = CONTROL.period_ns, CONTROL.control_period_s
@@ -25,7 +25,7 @@ class Flight:
         self.controller = MuController(1, CONTROL)
         self.controller.take_mission(launch(arm(Mission(8), (0.0, 0.0, -50.0), "nominal"), 0))
         self.controller.aim((-12.0, -12.0, -50.0), "nominal")
-        self.book = ThrustBook(CONTROL)
+        self.book = CommandBuffer(CONTROL)
         self.place, self.speed = np.array([-0.55, -0.55, -1.5]), np.zeros(3)
         self.tick, self.fuel = 0, 0.0
 
@@ -61,17 +61,17 @@ def test_a_gap_is_bridged_by_the_thrust_that_acted(gap_s, begin):
     flight.fly(round(gap_s / T) - 1, measured=False)
     place = flight.place
     flight.fly(1)
-    account = flight.controller.account
-    assert account.deadline_misses == round(gap_s / T) - 1
-    assert account.outliers == 0, "a good sample after a gap is no outlier"
+    statistics = flight.controller.statistics
+    assert statistics.deadline_misses == round(gap_s / T) - 1
+    assert statistics.outliers == 0, "a good sample after a gap is no outlier"
     assert math.dist(flight.controller._state[:3], place) < 5.0 * CONTROL.position_sigma_m
     flight.fly(40)
-    assert account.outliers == 0
+    assert statistics.outliers == 0
     # What the controller has on account is what acted, but for the period that has just begun.
     last = law.fuel_used(
         flight.book.thrust((flight.tick - 1) * PERIOD), T, CONTROL.specific_impulse_s, CONTROL.standard_gravity_m_s2
     )
-    assert account.fuel_kg == pytest.approx(flight.fuel - last, rel=1e-9)
+    assert statistics.fuel_kg == pytest.approx(flight.fuel - last, rel=1e-9)
 
 
 @pytest.mark.parametrize("gap_s", GAPS_S)
@@ -82,7 +82,7 @@ def test_a_gap_on_the_line_costs_no_thrust(gap_s):
     whole.fly(round(gap_s / T) + 20)
     broken.fly(round(gap_s / T) - 1, measured=False)
     broken.fly(21)
-    assert broken.controller.account.saturated == whole.controller.account.saturated
+    assert broken.controller.statistics.saturated == whole.controller.statistics.saturated
     assert broken.fuel == pytest.approx(whole.fuel, abs=0.001)
 
 
@@ -90,8 +90,8 @@ def test_the_estimate_admits_how_little_a_long_gap_leaves_known():
     """A steady pull that begins in the gap: unknown to the filter, and within what its covariance allows."""
     flight = Flight()
     flight.fly(300)
-    settled = flight.controller.account.position_sigma_m
+    settled = flight.controller.statistics.position_sigma_m
     flight.fly(59, measured=False, pull=(0.1, 0.0, -0.1))
     flight.fly(1, pull=(0.1, 0.0, -0.1))
-    assert flight.controller.account.outliers == 0
-    assert flight.controller.account.position_sigma_m > 1.5 * settled
+    assert flight.controller.statistics.outliers == 0
+    assert flight.controller.statistics.position_sigma_m > 1.5 * settled

@@ -92,7 +92,7 @@ def test_no_mission_is_launched_before_the_controller_has_taken_odometry():
     deaf = desk(watch, heard=False)
     deaf.update()
     assert deaf.waiting == [3]
-    assert "the controllers of MU 3 take nothing" in deaf.complaint(60.0, 0, simulated=True)
+    assert "the controllers of MU 3 take nothing" in deaf.problem(60.0, 0, simulated=True)
     heard = desk(watch)
     heard.update()
     assert heard.waiting == []
@@ -100,8 +100,8 @@ def test_no_mission_is_launched_before_the_controller_has_taken_odometry():
 
 def test_a_driver_that_is_missing_is_told_from_one_that_says_nothing():
     watch = Watch()
-    assert "no driver publishes /mu3/odom after 9 s" in desk(watch, published=False).complaint(9.0, 5, simulated=False)
-    silent = desk(watch).complaint(9.0, 5, simulated=True)
+    assert "no driver publishes /mu3/odom after 9 s" in desk(watch, published=False).problem(9.0, 5, simulated=False)
+    silent = desk(watch).problem(9.0, 5, simulated=True)
     assert silent == (
         "/mu3/odom: somebody publishes it, and not one message has come after 9 s; "
         "in a simulated mission a driver follows /clock"

@@ -99,8 +99,8 @@ def test_an_outlier_is_turned_away_and_counted():
 
     plain, _ = flying(101)
     spoilt, _ = flying(101, wild)
-    assert plain.account.outliers == 0
-    assert spoilt.account.outliers == 1
+    assert plain.statistics.outliers == 0
+    assert spoilt.statistics.outliers == 1
     assert np.allclose(spoilt._state[:3], plain._state[:3], atol=0.05)
 
 
@@ -111,17 +111,17 @@ def test_a_true_jump_of_the_velocity_is_believed_after_a_few_samples():
         return [position[0] + 0.5 * T * (tick - 100), *position[1:]], [velocity[0] + 0.5, *velocity[1:]]
 
     made, _ = flying(115, snapped)
-    assert 1 <= made.account.outliers <= 6
+    assert 1 <= made.statistics.outliers <= 6
     assert made._state[3] == pytest.approx(0.5, abs=0.1)
 
 
 def test_a_gap_is_bridged_and_the_estimate_admits_it():
     whole, _ = flying(101)
     gap, _ = flying(101, skip=range(96, 100))
-    assert gap.account.deadline_misses == 4
-    assert gap.account.position_sigma_m > whole.account.position_sigma_m
+    assert gap.statistics.deadline_misses == 4
+    assert gap.statistics.position_sigma_m > whole.statistics.position_sigma_m
     assert gap._state[2] == pytest.approx(-2.0 * T * 100, abs=0.08)
-    assert gap.account.outliers == 0
+    assert gap.statistics.outliers == 0
 
 
 def test_raw_samples_stay_available():
@@ -131,4 +131,4 @@ def test_raw_samples_stay_available():
     made.on_odometry(0, (0.0, 0.0, -1.5), (0.1, 0.0, 0.0))
     made.on_odometry(CONTROL.period_ns, (0.3, 0.0, -1.5), (0.2, 0.0, 0.0))
     assert made._state[:6] == [0.3, 0.0, -1.5, 0.2, 0.0, 0.0]
-    assert made.account.position_sigma_m == pytest.approx(CONTROL.position_sigma_m)
+    assert made.statistics.position_sigma_m == pytest.approx(CONTROL.position_sigma_m)

@@ -107,4 +107,4 @@ def test_a_controller_outlives_rubbish(kind, sigma):
         sample = RUBBISH[kind](random, tick) if 100 <= tick < 140 else good(random, tick)
         thrust = made.on_odometry(tick * CONTROL.period_ns, *sample)
         assert thrust is None or max(map(abs, thrust)) <= CONTROL.thrust_limit_n
-        assert math.isfinite(made.account.position_sigma_m)
+        assert math.isfinite(made.statistics.position_sigma_m)

@@ -59,7 +59,7 @@ def test_closing_starts_where_deployment_stood_and_ends_at_the_closing_point():
 def thrust(position, velocity, target, integral=None, period=0.05, p=PAPER, speed=(0.0, 0.0, 0.0)):
     out, integral = [0.0] * 3, integral if integral is not None else [0.0] * 3
     law.pid_thrust(p, position, velocity, target, speed, integral, period, out)
-    saturated = law.fire(p, period, [0.0] * 3, out)
+    saturated = law.apply_thruster_limits(p, period, [0.0] * 3, out)
     return out, saturated, integral
 
 
@@ -106,7 +106,7 @@ def test_the_minimum_impulse_bit_saves_up_what_is_too_small():
     carry, fired = [0.0] * 3, []
     for _ in range(10):
         force = [0.15, -5.0, 0.0]  # 0.0075 N s a period
-        law.fire(p, 0.05, carry, force)
+        law.apply_thruster_limits(p, 0.05, carry, force)
         fired.append(force[0])
         assert force[1:] == [-5.0, 0.0]
     assert fired == pytest.approx([0.0, 0.0, 0.45] * 3 + [0.0])

@@ -8,14 +8,14 @@ import pytest
 
 from tethernet_core.parameters import load
 from tethernet_core.settings import ControlParameters
-from tethernet_sim.lockstep import ZERO, Barrier, ThrustBook
+from tethernet_sim.lockstep import ZERO, Barrier, CommandBuffer
 
 TICK = 50_000_000
 
 
 @pytest.fixture
-def book() -> ThrustBook:
-    return ThrustBook(load(ControlParameters))
+def book() -> CommandBuffer:
+    return CommandBuffer(load(ControlParameters))
 
 
 def test_the_barrier_falls_with_the_last_answer():

@@ -5,7 +5,7 @@ import numpy as np
 from tethernet_core.layout import design, nominal_aiming_points
 from tethernet_core.parameters import load
 from tethernet_core.settings import ControlParameters, MissionParameters
-from tethernet_planner.closing_watch import Lookout
+from tethernet_planner.closing_watch import ClosingWatch
 
 CONTROL, RULES = load(ControlParameters), load(MissionParameters)
 DEBRIS = (0.0, 0.0, -50.0)
@@ -14,8 +14,8 @@ MOUTH = np.array(nominal_aiming_points(8, DEBRIS))
 SECOND = 10**9
 
 
-def lookout(mus=8):
-    made = Lookout(mus, RULES, CONTROL)
+def closing_watch(mus=8):
+    made = ClosingWatch(mus, RULES, CONTROL)
     made.debris = lambda: MOTION
     made.aiming_points = nominal_aiming_points(mus, DEBRIS)
     made.saw_mus(20 * SECOND, MOUTH[:mus], np.zeros((mus, 3)))
@@ -23,13 +23,13 @@ def lookout(mus=8):
 
 
 def test_a_healthy_swarm():
-    seen = lookout().look()
+    seen = closing_watch().look()
     assert seen.lost == (False,) * 8
     assert np.allclose(seen.mu_positions, MOUTH)
 
 
 def test_silent_dead_and_strayed_mus_are_lost():
-    made = lookout()
+    made = closing_watch()
     strayed = MOUTH.copy()
     strayed[6, 0] -= RULES.off_course_m + 0.1
     made.saw_mus(20 * SECOND, strayed, np.zeros((8, 3)), silent={2})
@@ -41,22 +41,22 @@ def test_silent_dead_and_strayed_mus_are_lost():
 
 
 def test_nothing_is_told_where_too_little_is_known():
-    made = lookout()
+    made = closing_watch()
     made.debris = lambda: None
     assert made.look() is None
-    made = lookout()
+    made = closing_watch()
     made.saw_mus(20 * SECOND, [], [])
     assert made.look() is None, "nobody was ever heard of"
     made.saw_mus(20 * SECOND, MOUTH[:7], np.zeros((7, 3)))
     assert made.look() is None, "one was never heard of"
     made.saw_mus(20 * SECOND, np.full((8, 3), np.nan), np.zeros((8, 3)))
     assert made.look() is None
-    assert lookout(4).look() is None, "winches close the net"
+    assert closing_watch(4).look() is None, "winches close the net"
     assert not design(4).closes_by_docking
 
 
 def test_a_status_from_the_future_does_not_hide_that_its_controller_dies():
-    made = lookout()
+    made = closing_watch()
     for mu in range(1, 9):
         made.saw_status(mu, 17 * SECOND)
     made.saw_status(4, 10**18)

@@ -10,7 +10,7 @@ from tethernet_core.mission import Mission, Phase, abort, arm, launch
 from tethernet_core.parameters import load
 from tethernet_core.settings import ControlParameters, MissionParameters, paper
 from tethernet_planner import closing
-from tethernet_planner.closing import sight
+from tethernet_planner.closing import closing_situation
 from tethernet_planner.mission_rules import advance, check_debris_position, docked_mus, triggered
 
 CONTROL, RULES = paper(ControlParameters), paper(MissionParameters)
@@ -121,7 +121,7 @@ ALL_BUT_ONE = [True] * 3 + [False] + [True] * 4
 
 def seen(positions, **more):
     positions = np.array(positions, float)
-    return sight(positions, np.zeros((8, 3)), DEBRIS, (0.0, 0.0, 0.0, 1.0), (0.0,) * 3, (0.0,) * 3, **more)
+    return closing_situation(positions, np.zeros((8, 3)), DEBRIS, (0.0, 0.0, 0.0, 1.0), (0.0,) * 3, (0.0,) * 3, **more)
 
 
 def closing_since(tick=481):
@@ -156,7 +156,7 @@ def test_who_has_not_docked_in_time_flies_to_the_last():
     assert rallied.closing_points == ((2.5, -2.0, -56.0),) * 8
     assert rallied.points_ns == (due + 1) * PERIOD, "it holds from the next tick on, whoever hears of it when"
     near[3] += (0.1, 0.0, 0.0)
-    pause = round(PLANNED.rally_period_s / CONTROL.control_period_s)
+    pause = round(PLANNED.regroup_period_s / CONTROL.control_period_s)
     assert at(due + pause, mission=rallied) is rallied
     assert at(due + 1 + pause, mission=rallied).closing_points == ((2.6, -2.0, -56.0),) * 8
     assert advance(mission, due * PERIOD, NEAR, DEBRIS, RULES, CONTROL, ALL_BUT_ONE, lambda: seen(near)) is mission

@@ -33,9 +33,9 @@ class Approach:
         self.work = []
         best = closing._Places.best
 
-        def counted(places, bunch):
+        def counted(places, group):
             self.parts += 1
-            return best(places, bunch)
+            return best(places, group)
 
         monkeypatch.setattr(closing._Places, "best", counted)
 
@@ -45,14 +45,14 @@ class Approach:
     def net(self, tick):
         return (0.0, 0.0, DEBRIS[2] + self.distance(tick))
 
-    def sight(self, tick):
+    def closing_situation(self, tick):
         places, velocities = MOUTH + self.net(0), np.tile((0.0, 0.0, -SPEED), (8, 1))
-        at_first = closing.sight(places, velocities, DEBRIS, ATTITUDE, (0.0,) * 3, TURNING)
+        at_first = closing.closing_situation(places, velocities, DEBRIS, ATTITUDE, (0.0,) * 3, TURNING)
         return closing.foreseen(at_first, tick * CONTROL.control_period_s, self.rules)
 
     def look(self):
         self.looks += 1
-        return self.sight(self.tick)
+        return self.closing_situation(self.tick)
 
     def step(self, net=None):
         """One control tick; returns the parts of plans that were worked on."""
@@ -93,10 +93,10 @@ def test_without_planning_ahead_all_of_it_is_done_at_the_trigger(monkeypatch):
 def test_the_plan_is_the_one_for_what_is_seen_at_the_trigger(monkeypatch):
     flight = Approach(monkeypatch)
     mission = flight.fly()
-    at_the_trigger = closing.plan(flight.sight(flight.tick - 1), RULES)
+    at_the_trigger = closing.plan(flight.closing_situation(flight.tick - 1), RULES)
     assert np.allclose(mission.closing_points, at_the_trigger.points, atol=0.1)
     assert mission.closing_duration_s == pytest.approx(at_the_trigger.duration_s)
-    before = closing.plan(flight.sight(flight.tick - 21), RULES)
+    before = closing.plan(flight.closing_situation(flight.tick - 21), RULES)
     assert not np.allclose(mission.closing_points, before.points, atol=0.1), "the debris turns in the meantime"
 
 
@@ -133,7 +133,7 @@ def test_a_net_that_comes_slowly_is_planned_again_and_again(monkeypatch):
 
     def look():
         looks.append(1)
-        return closing.sight(MOUTH + DEBRIS, np.zeros((8, 3)), DEBRIS, ATTITUDE, (0.0,) * 3, TURNING)
+        return closing.closing_situation(MOUTH + DEBRIS, np.zeros((8, 3)), DEBRIS, ATTITUDE, (0.0,) * 3, TURNING)
 
     for tick in range(101):
         distance = RULES.trigger_distance_m + 0.06 * math.exp(-0.06 * tick)

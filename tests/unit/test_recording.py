@@ -8,7 +8,7 @@ import pytest
 
 from tests import toy_mission
 from tethernet_bringup.pulse import Pulse
-from tethernet_bringup.recorder.recording import complaints, count_messages, faults, sign_of_life
+from tethernet_bringup.recorder.recording import count_messages, faults, problems, sign_of_life
 
 
 @pytest.fixture(scope="module")
@@ -48,7 +48,7 @@ def edit_report(run, **changes):
 
 def test_a_whole_recording_has_no_faults(run):
     assert faults(run, run / "bag") == []
-    assert complaints(run) == []
+    assert problems(run) == []
     assert sum(count_messages(run / "bag").values()) > 100
 
 
@@ -84,7 +84,7 @@ def test_what_is_wrong_with_a_recording_is_a_fault(run, damage, expected):
 def test_lost_messages_are_only_a_warning(run):
     edit_report(run, never_arrived={"/mu1/odom": 3})
     assert faults(run, run / "bag") == []
-    assert complaints(run) == ["messages that were sent but not recorded: /mu1/odom (3)"]
+    assert problems(run) == ["messages that were sent but not recorded: /mu1/odom (3)"]
 
 
 def test_a_recorder_that_renews_its_report_lives_and_one_that_does_not_hangs(run):

@@ -149,7 +149,7 @@ class SlowGraph(Graph):
     def check_graph(self, endpoints):
         return GraphCheck(endpoints, lambda _: [], lambda _: [])
 
-    def check_connections(self, audiences):
+    def check_connections(self, subscriber_counts):
         return None
 
 

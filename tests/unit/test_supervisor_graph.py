@@ -1,4 +1,11 @@
-from tethernet_bringup.mission.graph import Endpoint, GraphCheck, Publisher, StrangerWatch, exclusive_topics, expected
+from tethernet_bringup.mission.graph import (
+    Endpoint,
+    GraphCheck,
+    Publisher,
+    UnexpectedPublisherWatch,
+    exclusive_topics,
+    expected,
+)
 
 
 class Graph:
@@ -70,7 +77,7 @@ class Publishers:
         self.topics = topics
 
     def watch(self):
-        return StrangerWatch(self.topics, lambda topic: len(self.topics[topic]), self.topics.__getitem__)
+        return UnexpectedPublisherWatch(self.topics, lambda topic: len(self.topics[topic]), self.topics.__getitem__)
 
 
 def test_a_second_publisher_is_a_stranger_whatever_its_name_and_named_once():
@@ -109,8 +116,8 @@ def test_what_only_the_mission_publishes_leaves_out_drivers_and_what_is_everybod
 
 
 def test_audiences_count_all_subscribers():
-    audiences = Graph([]).check(expected(8, (), simulated=True)).audiences()
-    assert audiences["sim"]["/mu3/odom"] == 3
-    assert audiences["mu3_controller"]["/mu3/thrust"] == 2
-    assert audiences["planner"]["/mission/state"] == 8 + 4
-    assert "recorder" not in audiences
+    subscriber_counts = Graph([]).check(expected(8, (), simulated=True)).subscriber_counts()
+    assert subscriber_counts["sim"]["/mu3/odom"] == 3
+    assert subscriber_counts["mu3_controller"]["/mu3/thrust"] == 2
+    assert subscriber_counts["planner"]["/mission/state"] == 8 + 4
+    assert "recorder" not in subscriber_counts

@@ -20,7 +20,7 @@ _FARTHEST = FARTHEST_M
 
 
 @dataclass
-class Account:
+class ControllerStatistics:
     """What a controller reports of itself; the fields of tethernet_msgs/MuStatus."""
 
     fuel_kg: float = 0.0
@@ -60,7 +60,7 @@ class MuController:
         self.mu = mu
         self.parameters = parameters
         self.mode = Mode.IDLE
-        self.account = Account()
+        self.statistics = ControllerStatistics()
         self.aiming_point: tuple[float, float, float] | None = None
         self.aiming_source = ""
         self.desired = [math.nan] * 3
@@ -93,7 +93,7 @@ class MuController:
     @property
     def propellant_kg(self) -> float:
         """What is left on board [kg]."""
-        return max(0.0, self.parameters.propellant_kg - self.account.fuel_kg)
+        return max(0.0, self.parameters.propellant_kg - self.statistics.fuel_kg)
 
     def take_mission(self, mission: Mission) -> bool:
         """Take over a newer state of the mission.
@@ -135,7 +135,7 @@ class MuController:
         self.desired[:] = [math.nan] * 3
         self._start, self._close_before = None, ()
         self._integral[:] = self._carry[:] = ZERO
-        self.account.tracking_error_m = self.account.max_tracking_error_m = 0.0
+        self.statistics.tracking_error_m = self.statistics.max_tracking_error_m = 0.0
 
     def aim(self, point, source: str) -> None:
         """Set the aiming point [m] and where it comes from."""
@@ -158,7 +158,7 @@ class MuController:
             return self._drop(f"not finite, or not within {_FARTHEST:g} m and m/s")
         step = self._clock.take(stamp_ns)
         if not step.good:
-            self.account.clock_jumps += step is Step.JUMP
+            self.statistics.clock_jumps += step is Step.JUMP
             return self._drop(self._clock.why(stamp_ns))
         if step is Step.ANEW:
             self._begin_clock()
@@ -168,11 +168,11 @@ class MuController:
         self._observe(stamp_ns, position, velocity)
         self.stamp_ns = stamp_ns
         self._command(stamp_ns, position, velocity, period)
-        self.account.commands += 1
+        self.statistics.commands += 1
         return tuple(self._thrust)
 
     def _drop(self, why: str) -> None:
-        self.account.rejected_odometry += 1
+        self.statistics.rejected_odometry += 1
         self.dropped_because = why
 
     def _begin_clock(self) -> None:
@@ -180,7 +180,7 @@ class MuController:
         self._burn(seconds_between(0, self.parameters.held_ns))
         self._covariance[:] = [0.0] * 6
         self.stamp_ns = self._planner_ns = None
-        self.account.clock_resets += 1
+        self.statistics.clock_resets += 1
 
     def odometry_lost(self) -> bool:
         """The watchdog found odometry too old: zero thrust until it comes back.
@@ -207,30 +207,30 @@ class MuController:
         gap = seconds_between(self.stamp_ns, stamp_ns)
         self._burn(min(gap, seconds_between(0, p.held_ns)))
         if self.mode.flying:
-            self.account.deadline_misses += max(0, round(gap / p.control_period_s) - 1)
+            self.statistics.deadline_misses += max(0, round(gap / p.control_period_s) - 1)
         return min(gap, p.watchdog_periods * p.control_period_s)
 
     def _burn(self, duration: float) -> None:
         p = self.parameters
         used = law.fuel_used(self._thrust, duration, p.specific_impulse_s, p.standard_gravity_m_s2)
-        self.account.fuel_kg += used
+        self.statistics.fuel_kg += used
         # The interval being booked began at the last sample: before closing it counts for the trigger too.
         if not self.mission.closing or self.stamp_ns is None or self.stamp_ns < self.mission.closing_ns:
-            self.account.fuel_at_trigger_kg = self.account.fuel_kg
+            self.statistics.fuel_at_trigger_kg = self.statistics.fuel_kg
 
     def _observe(self, stamp_ns: int, position, velocity) -> None:
         """Take the sample into the estimate; the thrust on the account is what acted since the last one."""
-        account, law_ = self.account, self._law
+        statistics, law_ = self.statistics, self._law
         if law_.estimate > 0.0:
             thrust, period = self._bridge(stamp_ns)
             if estimator.observe(law_, thrust, period, position, velocity, self._state, self._covariance):
-                account.outliers += 1
-            account.position_sigma_m = math.sqrt(self._covariance[0])
-            account.velocity_sigma_m_s = math.sqrt(self._covariance[3])
+                statistics.outliers += 1
+            statistics.position_sigma_m = math.sqrt(self._covariance[0])
+            statistics.velocity_sigma_m_s = math.sqrt(self._covariance[3])
         else:
             self._state[0:3], self._state[3:6] = position, velocity
-            account.position_sigma_m = math.sqrt(law_.position_variance)
-            account.velocity_sigma_m_s = math.sqrt(law_.velocity_variance)
+            statistics.position_sigma_m = math.sqrt(law_.position_variance)
+            statistics.velocity_sigma_m_s = math.sqrt(law_.velocity_variance)
 
     def _bridge(self, stamp_ns: int) -> tuple[Sequence[float], float]:
         """Carry the estimate over the periods that were missed, with the thrust that acted: held, then zeroed.
@@ -267,7 +267,7 @@ class MuController:
         if closing_elapsed >= 0.0 and (mission.docked(self.mu, stamp_ns) or not mission.closing_points):
             self._stop(Mode.OFF)
             return
-        if self.account.fuel_kg >= self.parameters.propellant_kg:
+        if self.statistics.fuel_kg >= self.parameters.propellant_kg:
             self._stop(Mode.EMPTY)
             return
         if self._planner_lost(stamp_ns):
@@ -284,10 +284,10 @@ class MuController:
             self._start, self.aiming_point, close, self._state, self._integral, self._carry,
             self._thrust, self.desired, self._speed,
         ):  # fmt: skip
-            self.account.saturated += 1
+            self.statistics.saturated += 1
         error = law.distance(self.desired, self._state)
-        self.account.tracking_error_m = error
-        self.account.max_tracking_error_m = max(self.account.max_tracking_error_m, error)
+        self.statistics.tracking_error_m = error
+        self.statistics.max_tracking_error_m = max(self.statistics.max_tracking_error_m, error)
 
     def _stop(self, mode: Mode) -> None:
         self._thrust[:] = ZERO

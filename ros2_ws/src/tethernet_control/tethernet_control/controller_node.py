@@ -72,7 +72,7 @@ class ControllerNode(Node):
         self._period_s = self._settings.control_period_s
         self._patience_s = self._settings.watchdog_periods * self._period_s * identity.watchdog_wall_factor
         self._echo = 0
-        self._told: tuple = ()
+        self._published: tuple = ()
         self._answered = 0
         self._newest_odometry_s = math.inf
         self._plan_deadline_s = math.inf
@@ -94,16 +94,16 @@ class ControllerNode(Node):
 
     def _on_odometry(self, sample: OdometrySample) -> None:
         controller, stamp_ns = self._controller, sample.stamp_ns
-        mode, resets = controller.mode, controller.account.clock_resets
+        mode, resets = controller.mode, controller.statistics.clock_resets
         thrust = controller.on_odometry(stamp_ns, sample.position, sample.velocity)
         if thrust is None:
             raise MessageError(controller.dropped_because)
-        if controller.account.clock_resets != resets:
+        if controller.statistics.clock_resets != resets:
             self.get_logger().warning(f"odometry's clock was set anew, to {stamp_ns * NANOSECOND_S:.2f} s; followed")
         self._newest_odometry_s = time.monotonic()
         self._publish_thrust(stamp_ns, thrust)
         self._answered += 1
-        if self._answered % self._settings.status_every == 0 or self._news() != self._told:
+        if self._answered % self._settings.status_every == 0 or self._news() != self._published:
             self._publish_status()
         if controller.mode != mode:
             self._tell_mode()
@@ -122,7 +122,7 @@ class ControllerNode(Node):
         self._controller.on_heartbeat(stamp_ns)
 
     def _on_drop(self) -> None:
-        if self._news() != self._told:
+        if self._news() != self._published:
             self._publish_status()
 
     def _publish_thrust(self, stamp_ns: int, thrust) -> None:
@@ -219,8 +219,8 @@ class ControllerNode(Node):
 
     def _publish_status(self) -> None:
         controller, status = self._controller, self._status
-        account = controller.account
-        self._told = self._news()
+        statistics = controller.statistics
+        self._published = self._news()
         set_stamp(status.header.stamp, controller.stamp_ns or 0)
         status.mode = int(controller.mode)
         status.mission_sequence = self._echo
@@ -231,22 +231,22 @@ class ControllerNode(Node):
         if math.isfinite(controller.desired[0]):  # there is none before launch
             desired = status.desired_position
             desired.x, desired.y, desired.z = controller.desired
-        status.tracking_error = account.tracking_error_m
-        status.max_tracking_error = account.max_tracking_error_m
-        status.fuel = account.fuel_kg
-        status.fuel_at_trigger = account.fuel_at_trigger_kg
-        status.commands = account.commands
-        status.saturated = account.saturated
+        status.tracking_error = statistics.tracking_error_m
+        status.max_tracking_error = statistics.max_tracking_error_m
+        status.fuel = statistics.fuel_kg
+        status.fuel_at_trigger = statistics.fuel_at_trigger_kg
+        status.commands = statistics.commands
+        status.saturated = statistics.saturated
         status.propellant = controller.propellant_kg
         # What the controller refuses is dropped at the door too.
         status.rejected_odometry = self._door.counts[topics.mu_odometry(self._mu)]
         status.rejected_messages = self._door.dropped
-        status.clock_jumps = account.clock_jumps
+        status.clock_jumps = statistics.clock_jumps
         status.refused_states = controller.refused_states
-        status.deadline_misses = account.deadline_misses
-        status.outliers = account.outliers
-        status.position_sigma = account.position_sigma_m
-        status.velocity_sigma = account.velocity_sigma_m_s
+        status.deadline_misses = statistics.deadline_misses
+        status.outliers = statistics.outliers
+        status.position_sigma = statistics.position_sigma_m
+        status.velocity_sigma = statistics.velocity_sigma_m_s
         self._status_publisher.publish(status)
 
 

@@ -170,7 +170,7 @@ def hold_thrust(p, position, velocity, target, thrust):
         thrust[axis] = p.hold_kp * (target[axis] - position[axis]) - p.hold_kd * velocity[axis]
 
 
-def fire(p, period, carry, thrust):
+def apply_thruster_limits(p, period, carry, thrust):
     """What the thrusters do of a wanted thrust: minimum impulse bit, limit. ``thrust`` is changed in place.
 
     Args:
@@ -242,7 +242,7 @@ def command(
         hold_thrust(p, at, moving, close, thrust)
     else:
         intercept_thrust(p, at, moving, close, closing_duration - closing_elapsed, thrust)
-    return fire(p, period, carry, thrust)
+    return apply_thruster_limits(p, period, carry, thrust)
 
 
 def fuel_used(thrust, duration, specific_impulse, gravity):
@@ -267,7 +267,7 @@ def distance(first, second):
 
 
 CALLED = (
-    reference, pid_thrust, intercept_thrust, hold_thrust, fire, fuel_used, distance, estimator.predict,
+    reference, pid_thrust, intercept_thrust, hold_thrust, apply_thruster_limits, fuel_used, distance, estimator.predict,
     estimator.update, estimator.begin, estimator.known,
 )  # fmt: skip
 """Functions that others here call: what compiles one of those must know these too."""

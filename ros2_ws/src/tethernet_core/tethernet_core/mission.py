@@ -73,7 +73,9 @@ class Mission:
     closing_duration_s: float = 0.0
     """Duration of the flight to the closing points [s]."""
     docked_ns: tuple[int, ...] = ()
-    """Per MU: its whole bunch has docked, thrusters off from this time on [ns]; 0: not yet. Empty until one is."""
+    """Per MU: its whole docking group has docked, thrusters off from this time on [ns]; 0: not yet. Empty until one
+    is.
+    """
     reason: str = ""
     """Why missed or aborted."""
 

@@ -180,7 +180,7 @@ class MissionParameters:
     closing_duration_s: float = parameter(
         "8 MUs: time to fly to one meeting place for all", unit="s", low=1.0, high=100.0
     )
-    bunch_duration_s: float = parameter(
+    group_duration_s: float = parameter(
         "8 MUs: time to fly to two meeting places, at most: less round a debris that turns; shorter than to one, "
         "because stretching the net that far takes another try more often", unit="s", low=1.0, high=100.0,
     )  # fmt: skip
@@ -190,7 +190,7 @@ class MissionParameters:
         low=0.0,
         high=10.0,
     )
-    bunch_slack_m: float = parameter(
+    group_slack_m: float = parameter(
         "planned: what is left below this counts as dear, where two places are met at", unit="m", low=0.0, high=10.0
     )
     closing_clearance_m: float = parameter(
@@ -199,12 +199,12 @@ class MissionParameters:
     way_clearance_m: float = parameter(
         "planned: distance of the straight way there from the debris' surface", unit="m", low=0.0, high=10.0
     )
-    rally_period_s: float = parameter(
-        "8 MUs: who has not docked in time flies to the last of its bunch, decided anew so often; 0: never",
+    regroup_period_s: float = parameter(
+        "8 MUs: who has not docked in time flies to the last of its docking group, decided anew so often; 0: never",
         unit="s", low=0.0, high=100.0,
     )  # fmt: skip
-    rally_reach_m: float = parameter(
-        "8 MUs: who is farther than this from the middle of its bunch by then is given up",
+    regroup_reach_m: float = parameter(
+        "8 MUs: who is farther than this from the middle of its docking group by then is given up",
         unit="m",
         low=0.1,
         high=100.0,
@@ -215,7 +215,7 @@ class MissionParameters:
         low=0.1,
         high=100.0,
     )
-    release_docked: bool = parameter("8 MUs: a bunch that has docked switches its thrusters off")
+    release_docked: bool = parameter("8 MUs: a docking group that has docked switches its thrusters off")
     docking_distance_m: float = parameter("Neighbours nearer than this dock or lock", unit="m", low=0.01, high=5.0)
     confirm_timeout_s: float = parameter(
         "Wall time to wait for the controllers to confirm a change of the mission's state", unit="s", low=0.0, high=60.0

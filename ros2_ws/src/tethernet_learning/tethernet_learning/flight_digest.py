@@ -61,10 +61,10 @@ def modules() -> tuple[str, ...]:
 
 def meaning(source: str) -> str:
     """What a module's source does, as text: its syntax tree without comments, docstrings and prose."""
-    return "\n".join(_told(ast.parse(source)))
+    return "\n".join(_described(ast.parse(source)))
 
 
-def _told(node: object) -> Iterator[str]:
+def _described(node: object) -> Iterator[str]:
     """A tree, one line for each part; empty fields are left out, because Python versions differ in them."""
     if isinstance(node, ast.AST):
         yield type(node).__name__
@@ -72,10 +72,10 @@ def _told(node: object) -> Iterator[str]:
             value = [item for item in content if not _is_text(item)] if isinstance(content, list) else content
             if value is not None and value != [] and name not in _ANNOTATIONS:
                 yield f".{name}"
-                yield from _told(value)
+                yield from _described(value)
     elif isinstance(node, list):
         for item in node:
-            yield from _told(item)
+            yield from _described(item)
         yield "]"
     else:
         prose = isinstance(node, str) and " " in node

@@ -21,7 +21,7 @@ class Progress:
         clock: [s].
         """
         self._what, self._total, self._before, self._every_s, self._clock = what, total, done, every_s, clock
-        self._began = self._told = clock()
+        self._began = self._reported = clock()
 
     def tell(self, done: int, more: str = "") -> None:
         """Args:
@@ -29,9 +29,9 @@ class Progress:
         more: to be told too.
         """
         now = self._clock()
-        if done < self._total and now - self._told < self._every_s:
+        if done < self._total and now - self._reported < self._every_s:
             return
-        self._told = now
+        self._reported = now
         rate = (done - self._before) / max(now - self._began, 1e-9)
         left = (self._total - done) / rate if rate > 0 else float("nan")
         line = f"{done} of {self._total} {self._what}, {rate:.2f} per s, about {left:.0f} s left"

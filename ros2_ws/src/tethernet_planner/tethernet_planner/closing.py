@@ -5,8 +5,8 @@ The net is laid round the debris like a sheet round a parcel. How far behind the
 net's own length between the central knot, which the debris' front holds, and the MU's knot: 11.71 m for the MUs in the
 middle of a side, 16.97 m for the corners, against a debris of 11.1 m x 3.9 m. Where all can reach one place behind the
 debris, all meet there and 8 pairs dock. Where they cannot, because the long axis lies along a row of the net or along
-the approach, the mouth is closed in two bunches of four neighbours, one on either side: 6 pairs dock, as many as a
-capture needs.
+the approach, the mouth is closed in two docking groups of four neighbours, one on either side: 6 pairs dock, as many
+as a capture needs.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from tethernet_core import rotation
 from tethernet_core.layout import CORNER_THREAD_M, KNOT_ROWS, SIDE_THREAD_M, design
 from tethernet_core.settings import MissionParameters
 from tethernet_planner.debris_section import Outline, axis_after, gap, tumbled
-from tethernet_planner.mouth import spanned
+from tethernet_planner.mouth import project_to_reachable
 
 Point = tuple[float, float, float]
 
@@ -37,7 +37,7 @@ _SIDEWAYS = _OFFSETS / np.linalg.norm(_OFFSETS, axis=1)[:, None]
 
 
 @dataclass(frozen=True)
-class Sight:
+class ClosingSituation:
     """What is known of MUs and debris at one moment; frame launch."""
 
     mu_positions: np.ndarray
@@ -56,9 +56,9 @@ class Sight:
     """MUs that cannot be counted on."""
 
 
-def sight(
+def closing_situation(
     mu_positions, mu_velocities, debris_position, debris_attitude, debris_linear, debris_angular, lost=(False,) * 8
-) -> Sight:
+) -> ClosingSituation:
     """What is known, from odometry as messages carry it; the one way to the numbers, so that all get the same bits.
 
     Args:
@@ -71,7 +71,7 @@ def sight(
         lost: MUs that cannot be counted on.
     """
     matrix = rotation.matrix(debris_attitude)
-    return Sight(
+    return ClosingSituation(
         np.asarray(mu_positions, float),
         np.asarray(mu_velocities, float),
         np.asarray(debris_position, float),
@@ -82,7 +82,7 @@ def sight(
     )
 
 
-def foreseen(seen: Sight, duration: float, rules: MissionParameters) -> Sight:
+def foreseen(seen: ClosingSituation, duration: float, rules: MissionParameters) -> ClosingSituation:
     """What will be seen after ``duration`` [s]: MUs and debris fly on as they do, the debris tumbles freely.
 
     Args:
@@ -109,7 +109,7 @@ def off_course(mu_positions, aiming_points, rules: MissionParameters) -> tuple[b
         aiming_points: [m], shape (M, 3).
         rules: gives the limit.
     """
-    miss = np.asarray(mu_positions, float) - spanned(aiming_points)
+    miss = np.asarray(mu_positions, float) - project_to_reachable(aiming_points)
     miss[:, 2] -= np.median(miss[:, 2])
     return tuple(bool(far) for far in np.linalg.norm(miss, axis=1) > rules.off_course_m)
 
@@ -128,7 +128,7 @@ class ClosingPlan:
     """False when no place was found that all can reach on a clear way; the points are then the least bad ones."""
 
 
-def plan(seen: Sight, rules: MissionParameters) -> ClosingPlan:
+def plan(seen: ClosingSituation, rules: MissionParameters) -> ClosingPlan:
     """Choose where the 8 MUs meet: as many docked pairs as possible, then as little thrust as possible.
 
     Args:
@@ -143,9 +143,9 @@ def plan(seen: Sight, rules: MissionParameters) -> ClosingPlan:
             return end.value
 
 
-def planning(seen: Sight, rules: MissionParameters) -> Generator[None, None, ClosingPlan]:
-    """The work of :func:`plan` in parts, for one who has little time at once: each step rates the places of one bunch,
-    at most MOST_PARTS of them; the generator's return value is the plan.
+def planning(seen: ClosingSituation, rules: MissionParameters) -> Generator[None, None, ClosingPlan]:
+    """The work of :func:`plan` in parts, for one who has little time at once: each step rates the places of one
+    docking group, at most MOST_PARTS of them; the generator's return value is the plan.
     """
     best, best_rank = None, None
     durations = _durations(seen, rules)
@@ -173,46 +173,50 @@ def planning(seen: Sight, rules: MissionParameters) -> Generator[None, None, Clo
 
 
 MOST_PARTS = 9
-"""Parts of a plan at the most: one bunch of all, and four ways to part them in two; likewise with one MU lost."""
+"""Parts of a plan at the most: one docking group of all, and four ways to part them in two; likewise with one MU
+lost.
+"""
 
 
-def _durations(seen: Sight, rules: MissionParameters) -> tuple[float, float]:
+def _durations(seen: ClosingSituation, rules: MissionParameters) -> tuple[float, float]:
     """Time to one meeting place, and to two [s].
 
-    Bunches meet sooner round a debris that turns: a row of net between two bunches is caught on its rim when it has
-    turned too far.
+    Docking groups meet sooner round a debris that turns: a row of net between two docking groups is caught on its
+    rim when it has turned too far.
     """
     spin = seen.debris_rate @ seen.debris_axis
     turning = float(np.linalg.norm(seen.debris_rate - spin * seen.debris_axis))
-    apart = rules.bunch_duration_s
+    apart = rules.group_duration_s
     if turning * apart > _TURN_RAD:
         apart = max(_TURN_RAD / turning, _LEAST_SHARE * apart)
     return rules.closing_duration_s, apart
 
 
-def bunches(closing_points: Sequence[Point]) -> list[list[int]]:
+def docking_groups(closing_points: Sequence[Point]) -> list[list[int]]:
     """The MUs (from 1) that share a closing point, in their order round the mouth; who is alone is in none."""
     shared: dict[Point, list[int]] = {}
     for mu in _RING:
         shared.setdefault(closing_points[mu - 1], []).append(mu)
-    return [bunch for bunch in shared.values() if len(bunch) > 1]
+    return [group for group in shared.values() if len(group) > 1]
 
 
-def docked_bunch(bunch: Sequence[int], locked) -> bool:
-    """True when all neighbours within a bunch have docked.
+def docked_group(group: Sequence[int], locked) -> bool:
+    """True when all neighbours within a docking group have docked.
 
     Args:
-        bunch: MUs, from 1.
+        group: MUs, from 1.
         locked: one for each pair of neighbours round the mouth.
     """
     return all(
-        locked[place] for place, mu in enumerate(_RING) if mu in bunch and _RING[(place + 1) % len(_RING)] in bunch
+        locked[place] for place, mu in enumerate(_RING) if mu in group and _RING[(place + 1) % len(_RING)] in group
     )
 
 
-def rally(closing_points: Sequence[Point], mu_positions, locked, rules: MissionParameters) -> tuple[Point, ...] | None:
-    """New closing points where a bunch has not docked in time: all of it flies to the one who is farthest from its
-    middle, because that one cannot get any nearer. Who is too far away is given up.
+def regroup(
+    closing_points: Sequence[Point], mu_positions, locked, rules: MissionParameters
+) -> tuple[Point, ...] | None:
+    """New closing points where a docking group has not docked in time: all of it flies to the one who is farthest
+    from its middle, because that one cannot get any nearer. Who is too far away is given up.
 
     Args:
         closing_points: the present ones [m].
@@ -221,18 +225,18 @@ def rally(closing_points: Sequence[Point], mu_positions, locked, rules: MissionP
         rules: gives the distance at which an MU is given up.
 
     Returns:
-        One for each MU [m], or None when every bunch has docked.
+        One for each MU [m], or None when every docking group has docked.
     """
     points = list(closing_points)
     positions = np.asarray(mu_positions, float)
-    for bunch in bunches(closing_points):
-        if docked_bunch(bunch, locked):
+    for group in docking_groups(closing_points):
+        if docked_group(group, locked):
             continue
-        members = np.array(bunch) - 1
+        members = np.array(group) - 1
         astray = np.linalg.norm(positions[members] - np.median(positions[members], axis=0), axis=1)
-        for member in members[astray > rules.rally_reach_m]:
+        for member in members[astray > rules.regroup_reach_m]:
             points[member] = _point(positions[member])
-        members = members[astray <= rules.rally_reach_m]
+        members = members[astray <= rules.regroup_reach_m]
         if len(members):
             away = ((positions[members] - positions[members].mean(axis=0)) ** 2).sum(axis=1)
             for member in members:
@@ -246,7 +250,7 @@ def _point(values) -> Point:
 
 
 def _groupings(lost: tuple[bool, ...]) -> list[list[list[int]]]:
-    """Ways to part the ring of MUs that can be counted on into one or two bunches of neighbours."""
+    """Ways to part the ring of MUs that can be counted on into one or two docking groups of neighbours."""
     count = len(_RING)
     gone = [place for place, mu in enumerate(_RING) if lost[mu - 1]]
     if not gone:
@@ -278,15 +282,17 @@ class _Place:
     point: Point
     """[m], frame launch."""
     cost: float
-    """Velocity that the bunch must gain, summed over its MUs [m/s], and what stretching the net far is worth."""
+    """Velocity that the docking group must gain, summed over its MUs [m/s], and what stretching the net far is
+    worth.
+    """
     violation: float
     """Net that is missing, and clearance, summed over its MUs [m]."""
 
 
 class _Places:
-    """Rates places where a bunch could meet after a given time."""
+    """Rates places where a docking group could meet after a given time."""
 
-    def __init__(self, seen: Sight, rules: MissionParameters, duration: float):
+    def __init__(self, seen: ClosingSituation, rules: MissionParameters, duration: float):
         self._seen, self._rules, self._duration = seen, rules, duration
         self._center = seen.debris_position + duration * seen.debris_velocity
         self._size = rules.target_radius_m, 0.5 * rules.target_length_m
@@ -298,13 +304,13 @@ class _Places:
         """The long axis when the MUs meet, and, where it turns in the meantime, on their way and while they dock."""
         self._outlines = [[Outline(axis, side, *self._size) for axis in self._axes] for side in _SIDEWAYS]
 
-    def best(self, bunch: list[int]) -> _Place:
+    def best(self, group: list[int]) -> _Place:
         """The place for these MUs (from 1) with the least violation, then the least cost."""
-        rules, members = self._rules, np.array(bunch) - 1
+        rules, members = self._rules, np.array(group) - 1
         targets = self._grid(members)
         absolute = targets + self._center
         short = np.maximum(rules.closing_clearance_m - self._gap(targets), 0.0)
-        violation = len(bunch) * short
+        violation = len(group) * short
         cost = np.zeros(len(targets))
         for m in members:
             way = absolute - self._seen.mu_positions[m]
@@ -312,13 +318,15 @@ class _Places:
             spare = REACH_M[m] - np.max(paths, axis=0)
             violation += np.maximum(rules.closing_slack_m - spare, 0.0) + self._in_the_way(m, way)
             if len(members) <= _MANY:
-                cost += np.maximum(rules.bunch_slack_m - spare, 0.0) ** 2
+                cost += np.maximum(rules.group_slack_m - spare, 0.0) ** 2
             cost += np.linalg.norm(way / self._duration - self._seen.mu_velocities[m], axis=1)
         i = np.lexsort((cost, np.round(violation, 6)))[0]
         return _Place(_point(absolute[i]), float(cost[i]), float(np.round(violation[i], 6)))
 
     def _grid(self, members: np.ndarray) -> np.ndarray:
-        """Places in the plane of the approach and the bunch's side, relative to the debris' centre [m], (T, 3)."""
+        """Places in the plane of the approach and the docking group's side, relative to the debris' centre [m], (T,
+        3).
+        """
         middle = _SIDEWAYS[members].sum(axis=0)
         if len(members) <= _MANY:
             side, widths, depths = middle, np.arange(0.0, 9.0), np.arange(0.0, 9.0, 0.5)
@@ -343,7 +351,9 @@ class _Places:
 _STILL_RAD = 0.05
 """A debris that turns less than this until the MUs meet is taken for still."""
 _TURN_RAD, _LEAST_SHARE = math.radians(38.0), 0.6
-"""The long axis may turn so far until two bunches meet, unless they had less than this share of their time for it."""
+"""The long axis may turn so far until two docking groups meet, unless they had less than this share of their time
+for it.
+"""
 _HALFWAY, _HOLD_S = 0.6, 2.0  # [-], [s]
 _MANY = 6
-"""Bunches of more MUs than this come from all round the debris and meet behind its middle."""
+"""Docking groups of more MUs than this come from all round the debris and meet behind its middle."""

@@ -18,7 +18,7 @@ _PATIENCE = 3
 """A controller counts as dead when it has missed so many of the statuses it owes."""
 
 
-class Lookout:
+class ClosingWatch:
     """Keeps the newest of what was measured; works out a sight of it only when one is asked for."""
 
     def __init__(self, mu_count: int, rules: MissionParameters, control: ControlParameters):
@@ -70,7 +70,7 @@ class Lookout:
             if answered.newest is not None and self._stamp_ns - answered.newest > self._patience_ns
         }
 
-    def look(self) -> closing.Sight | None:
+    def look(self) -> closing.ClosingSituation | None:
         """The sight, or None where too little is known or winches close the net."""
         positions = np.asarray(self._positions, float).reshape(-1, 3)
         velocities = np.asarray(self._velocities, float).reshape(-1, 3)
@@ -83,4 +83,4 @@ class Lookout:
         if self.aiming_points is not None:
             beside = closing.off_course(positions, self.aiming_points, self._rules)
             lost |= {mu for mu, far in enumerate(beside, start=1) if far}
-        return closing.sight(positions, velocities, *motion, [mu in lost for mu in range(1, 9)])
+        return closing.closing_situation(positions, velocities, *motion, [mu in lost for mu in range(1, 9)])

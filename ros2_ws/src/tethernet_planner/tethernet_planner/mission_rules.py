@@ -8,7 +8,7 @@ from tethernet_core.layout import design
 from tethernet_core.mission import Mission, Phase, Point, as_point, seconds_between
 from tethernet_core.settings import NANOSECOND_S, ControlParameters, MissionParameters
 from tethernet_planner import closing
-from tethernet_planner.closing import Sight
+from tethernet_planner.closing import ClosingSituation
 from tethernet_planner.plan_ahead import PlanAhead
 
 
@@ -29,8 +29,8 @@ def triggered(net_position, debris_position, rules: MissionParameters) -> bool:
 
 
 def docked_mus(mu_count: int, locked, closing_points) -> tuple[bool, ...]:
-    """Which MUs are done: all neighbours who share their closing point have docked. A bunch is released as a whole: who
-    let go earlier would be dragged away by the net, and the last would not find it.
+    """Which MUs are done: all neighbours who share their closing point have docked. A docking group is released as a
+    whole: who let go earlier would be dragged away by the net, and the last would not find it.
 
     Args:
         mu_count: 4 or 8.
@@ -42,9 +42,9 @@ def docked_mus(mu_count: int, locked, closing_points) -> tuple[bool, ...]:
     """
     done = [False] * mu_count
     if closing_points and len(locked) == mu_count:
-        for bunch in closing.bunches(closing_points):
-            if closing.docked_bunch(bunch, locked):
-                for mu in bunch:
+        for group in closing.docking_groups(closing_points):
+            if closing.docked_group(group, locked):
+                for mu in group:
                     done[mu - 1] = True
     return tuple(done)
 
@@ -57,7 +57,7 @@ def advance(
     rules: MissionParameters,
     control: ControlParameters,
     locked=(),
-    look: Callable[[], Sight | None] | None = None,
+    look: Callable[[], ClosingSituation | None] | None = None,
     ahead: PlanAhead | None = None,
 ) -> Mission:
     """The mission after what was measured at ``stamp_ns``; the same object when nothing changes.
@@ -112,7 +112,7 @@ def advance(
             )
             if docked_ns != known:
                 return mission.next(Phase.CLOSING, docked_ns=docked_ns)
-        return _rallied(mission, stamp_ns, rules, control, locked, look)
+        return _regrouped(mission, stamp_ns, rules, control, locked, look)
     return mission
 
 
@@ -126,7 +126,7 @@ def _closing_plan(
     stamp_ns: int,
     debris_position,
     rules: MissionParameters,
-    look: Callable[[], Sight | None] | None,
+    look: Callable[[], ClosingSituation | None] | None,
     ahead: PlanAhead | None,
 ) -> tuple[tuple[Point, ...], float]:
     """Closing points [m] and the time to get there [s]; no points where winches close the net."""
@@ -143,15 +143,15 @@ def _closing_plan(
     return ((x, y, z - rules.closing_depth_m),) * mu_count, rules.closing_duration_s
 
 
-def _rallied(mission, stamp_ns, rules, control, locked, look) -> Mission:
-    """The mission with new closing points where a bunch has not docked in time, else the same object."""
+def _regrouped(mission, stamp_ns, rules, control, locked, look) -> Mission:
+    """The mission with new closing points where a docking group has not docked in time, else the same object."""
     planned_ns = mission.closing_ns + round(mission.closing_duration_s / NANOSECOND_S)
-    period_ns = round(rules.rally_period_s / NANOSECOND_S)
+    period_ns = round(rules.regroup_period_s / NANOSECOND_S)
     due = period_ns > 0 and stamp_ns >= planned_ns and stamp_ns - mission.points_ns >= period_ns
     if not due or look is None or not mission.closing_points or len(locked) != mission.mu_count:
         return mission
     seen = look()
-    points = None if seen is None else closing.rally(mission.closing_points, seen.mu_positions, locked, rules)
+    points = None if seen is None else closing.regroup(mission.closing_points, seen.mu_positions, locked, rules)
     if points is None:
         return mission
     return mission.next(Phase.CLOSING, closing_points=points, points_ns=stamp_ns + control.period_ns)

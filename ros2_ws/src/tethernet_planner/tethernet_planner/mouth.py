@@ -23,7 +23,7 @@ def _tethers(mu_count: int) -> list[tuple[int, int, float]]:
     return pairs
 
 
-def spanned(aiming_points) -> np.ndarray:
+def project_to_reachable(aiming_points) -> np.ndarray:
     """Where MUs come to that pull with equal force towards points between which the net is too short.
 
     Points that are farther apart than the shortest way through threads between their MUs is long are moved together by

@@ -14,7 +14,7 @@ from collections.abc import Callable, Generator
 
 from tethernet_core.settings import NANOSECOND_S, MissionParameters
 from tethernet_planner import closing
-from tethernet_planner.closing import ClosingPlan, Sight
+from tethernet_planner.closing import ClosingPlan, ClosingSituation
 
 _APPROACH_S = 1.0
 """The speed of approach is measured over this time: one tick's difference is mostly noise where the MUs' odometry
@@ -46,7 +46,7 @@ class PlanAhead:
         old = (stamp_ns - self._planned_ns) * NANOSECOND_S > self._rules.plan_ahead_s + _STALE_S
         return None if old else self._plan
 
-    def watch(self, stamp_ns: int, net_position, debris_position, look: Callable[[], Sight | None]) -> None:
+    def watch(self, stamp_ns: int, net_position, debris_position, look: Callable[[], ClosingSituation | None]) -> None:
         """One control tick before the trigger: at most one look and one part of a plan.
 
         Args:

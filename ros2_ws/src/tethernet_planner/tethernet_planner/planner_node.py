@@ -27,7 +27,7 @@ from tethernet_core.step_guard import StampGuard, Step
 from tethernet_msgs.msg import MissionState, MuStatus
 from tethernet_msgs.srv import PlanAimingPoints
 from tethernet_planner import policies
-from tethernet_planner.closing_watch import DebrisMotion, Lookout
+from tethernet_planner.closing_watch import ClosingWatch, DebrisMotion
 from tethernet_planner.mission_rules import check_debris_position
 from tethernet_planner.sequencer import MissionSequencer, mu_names
 from tethernet_planner.settings import PlannerParameters
@@ -86,8 +86,8 @@ class PlannerNode(Node):
         self._decided_ns = -1
         self._newest_measurement_s = time.monotonic()
         self._statuses: dict[int, MuStatus] = {}
-        self._lookout = Lookout(mu_count, self._rules, control)
-        self._lookout.debris = self._debris_motion
+        self._closing_watch = ClosingWatch(mu_count, self._rules, control)
+        self._closing_watch.debris = self._debris_motion
 
         door.serve(PlanAimingPoints, topics.PLAN_AIMING_POINTS, checks.plan_request, self._on_plan)
         door.serve(Trigger, topics.START, checks.trigger_request, self._on_start)
@@ -151,10 +151,12 @@ class PlannerNode(Node):
         self._newest_measurement_s = time.monotonic()
         positions, velocities = self._swarm.positions, self._swarm.velocities
         mus = sorted(positions)
-        self._lookout.saw_mus(
+        self._closing_watch.saw_mus(
             stamp_ns, [positions[mu] for mu in mus], [velocities[mu] for mu in mus], self._swarm.behind
         )
-        self._sequencer.measured(stamp_ns, net_position, self._debris.position or _UNKNOWN, locked, self._lookout.look)
+        self._sequencer.measured(
+            stamp_ns, net_position, self._debris.position or _UNKNOWN, locked, self._closing_watch.look
+        )
 
     def _debris_motion(self) -> DebrisMotion | None:
         """From its newest odometry; None where there is none."""
@@ -223,7 +225,7 @@ class PlannerNode(Node):
         if self._sequencer.mission.phase == Phase.WAITING:
             # Controllers will ask for it; better to know now that it cannot be had.
             plan = self._plan(self._settings.policy, self._settings.mu_count, self._debris.position)
-            self._lookout.aiming_points = plan.points
+            self._closing_watch.aiming_points = plan.points
             if plan.message:
                 self.get_logger().warning(plan.message)
         self._newest_measurement_s = time.monotonic()
@@ -239,7 +241,7 @@ class PlannerNode(Node):
 
     def _on_status(self, message: MuStatus) -> None:
         self._statuses[message.mu] = message
-        self._lookout.saw_status(message.mu, nanoseconds(message.header.stamp))
+        self._closing_watch.saw_status(message.mu, nanoseconds(message.header.stamp))
         self._sequencer.echoed(message.mu, message.mission_sequence)
 
     def _on_poll(self) -> None:

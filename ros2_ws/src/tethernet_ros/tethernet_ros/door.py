@@ -137,7 +137,7 @@ class Door:
         """A client of a service."""
         return Asker(self._node.create_client(kind, name), name, self)
 
-    def drop(self, name: str, reason: object, account: dict[str, Drops] | None = None) -> None:
+    def drop(self, name: str, reason: object, statistics: dict[str, Drops] | None = None) -> None:
         """Count something that is not used, and report it: the first at once, later ones now and then.
 
         Args:
@@ -145,7 +145,7 @@ class Door:
             reason: why it is not used.
             account: where it is counted; by default with what came in.
         """
-        drops = (self.incoming if account is None else account).setdefault(name, Drops())
+        drops = (self.incoming if statistics is None else statistics).setdefault(name, Drops())
         drops.count += 1
         drops.newest = shown(reason)
         now = time.monotonic()

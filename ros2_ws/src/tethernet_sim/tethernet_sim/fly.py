@@ -258,13 +258,13 @@ class _Flight:
                 fired[b, self.failures[b].mu] = self.failures[b].fired(stamp_ns, self.thrust[b, self.failures[b].mu])
         return fired
 
-    def _look(self, b: int, stamp_ns: int) -> closing.Sight:
+    def _look(self, b: int, stamp_ns: int) -> closing.ClosingSituation:
         """What the planner knows of one scenario with 8 MUs: their odometry, and the debris as it is."""
         mus = self.heard_position[b].copy()
         lost = list(closing.off_course(mus, self.aim[b], self.settings.mission))
         if self.failures[b].silent(stamp_ns):
             lost[self.failures[b].mu] = True
-        return closing.sight(mus, self.heard_velocity[b].copy(), *self.world.body_motion(b, DEBRIS), lost)
+        return closing.closing_situation(mus, self.heard_velocity[b].copy(), *self.world.body_motion(b, DEBRIS), lost)
 
     def _decide(self, flying: np.ndarray, stamp_ns: int) -> np.ndarray:
         """The planner's part: trigger, end. Returns the scenarios that fly on."""

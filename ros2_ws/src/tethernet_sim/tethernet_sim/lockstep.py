@@ -51,7 +51,7 @@ class Barrier:
         return missing
 
 
-class ThrustBook:
+class CommandBuffer:
     """The thrust commands of one MU: what is checked, limited, held and zeroed, and how often."""
 
     def __init__(self, control: ControlParameters):

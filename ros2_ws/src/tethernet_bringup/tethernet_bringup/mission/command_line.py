@@ -162,14 +162,14 @@ def stale_cards(setup: MissionSetup) -> list[str]:
 
 def _report(record: FlightRecord, folder: RunFolder, display: Display) -> ExitStatus:
     """Write and say how the mission went, whatever that was."""
-    from tethernet_bringup.recorder.recording import complaints, count_messages, faults
+    from tethernet_bringup.recorder.recording import count_messages, faults, problems
 
     try:
         record.messages = count_messages(folder.bag)
         if record.launched and not record.faults:
             found = faults(folder.path, folder.bag)
             (record.warnings if record.interrupted_by else record.faults).extend(found)
-            record.warnings += complaints(folder.path)
+            record.warnings += problems(folder.path)
         build(record)
     except Exception as error:
         record.faults.append(keep_traceback(error, folder.logs))

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 from tethernet_bringup.mission.domain_claim import DomainClaim, DomainTakenError
 from tethernet_bringup.mission.drivers import DriverDesk, DriverFaultError, DriverWatch, hint, mu_list
-from tethernet_bringup.mission.graph import StrangerWatch, exclusive_topics, expected
+from tethernet_bringup.mission.graph import UnexpectedPublisherWatch, exclusive_topics, expected
 from tethernet_bringup.mission.interrupts import Interrupts, MissionInterrupt
 from tethernet_bringup.mission.live_display import Display
 from tethernet_bringup.mission.outcome import FlightRecord
@@ -104,7 +104,7 @@ class Flight:
         self._join = join
         self._monitor: Monitor | None = None
         self._claim = DomainClaim(plan.domain_id)
-        self._strangers: StrangerWatch | None = None
+        self._unexpected: UnexpectedPublisherWatch | None = None
         self._pulse: Pulse | None = None
         self._drivers: DriverWatch | None = None
         self._look_due = 0.0
@@ -169,7 +169,7 @@ class Flight:
         """Wait until every node has found every other."""
         plan, monitor = self._plan, self._monitor
         graph = monitor.check_graph(expected(plan.mu_count, plan.external, plan.simulated))
-        connections = monitor.check_connections(graph.audiences())
+        connections = monitor.check_connections(graph.subscriber_counts())
 
         def complete() -> bool:
             found = graph.update() and monitor.planner_ready()
@@ -239,7 +239,7 @@ class Flight:
         self._wait(
             complete,
             plan.external_timeout_s,
-            lambda: desk.complaint(plan.external_timeout_s, plan.domain_id, plan.simulated),
+            lambda: desk.problem(plan.external_timeout_s, plan.domain_id, plan.simulated),
         )
 
     def _know_publishers(self) -> None:
@@ -247,8 +247,8 @@ class Flight:
         plan = self._plan
         odometry = [topics.mu_odometry(mu) for mu in plan.external]
         watched = exclusive_topics(plan.mu_count, plan.external, plan.simulated) + odometry
-        self._strangers = self._monitor.watch_strangers(watched)
-        for topic, names in self._strangers.crowded.items():
+        self._unexpected = self._monitor.watch_unexpected_publishers(watched)
+        for topic, names in self._unexpected.crowded.items():
             who = ", ".join(map(_name, names))
             raise MissionFaultError(self._crowded(f"{topic} has {len(names)} publishers ({who})"))
 
@@ -344,7 +344,7 @@ class Flight:
         self,
         done: Callable[[], bool],
         timeout_s: float,
-        complaint: Callable[[], str],
+        problem: Callable[[], str],
         excused: Callable[[], bool] = lambda: False,
     ) -> None:
         """Step on until it is done; the time in which it is excused does not count."""
@@ -353,7 +353,7 @@ class Flight:
             if excused():
                 deadline = time.monotonic() + timeout_s
             if time.monotonic() > deadline:
-                raise MissionFaultError(complaint())
+                raise MissionFaultError(problem())
             self._step()
 
     def _step(self) -> None:
@@ -366,9 +366,9 @@ class Flight:
                 self._on_hang(name)
         if self._drivers is not None and self._launched_at is not None and not self._record.phase.over:
             self._look_after_drivers(self._drivers)
-        if self._strangers is not None and time.monotonic() >= self._look_due:
+        if self._unexpected is not None and time.monotonic() >= self._look_due:
             self._look_due = time.monotonic() + _LOOK_PERIOD_S
-            for node, topic in self._strangers.update():
+            for node, topic in self._unexpected.update():
                 self._on_stranger(node, topic)
         self._display.flight(self._record)
         if self._record.sim is not None and self._record.sim.fault:

@@ -108,7 +108,7 @@ class DriverDesk:
         patience_s: a driver has so long to put itself right [s].
         """
         self._watch, self._heard, self._published, self._patience_s = watch, heard, published, patience_s
-        self._told: dict[int, str] = {}
+        self._named: dict[int, str] = {}
         self.waiting: list[int] = watch.silent
         """MUs that cannot fly yet."""
 
@@ -121,15 +121,15 @@ class DriverDesk:
         news, obstacles = [], self._watch.obstacles()
         for mu, why in obstacles.items():
             kind = why.split(": seen")[0]
-            if why and self._told.get(mu) != kind:
-                self._told[mu] = kind
+            if why and self._named.get(mu) != kind:
+                self._named[mu] = kind
                 news.append(f"MU {mu} cannot fly yet: {why}")
             if self._watch.bad_for_s(mu) > self._patience_s:
                 raise DriverFaultError(f"the driver of MU {mu} breaks the driver contract: {why}")
         self.waiting = sorted({*self._watch.silent, *obstacles, *self._deaf()})
         return news
 
-    def complaint(self, waited_s: float, domain_id: int, simulated: bool) -> str:
+    def problem(self, waited_s: float, domain_id: int, simulated: bool) -> str:
         """Why no mission is launched after all the waiting.
 
         Args:

@@ -104,7 +104,7 @@ class Publisher:
     """Its identity, which no other has."""
 
 
-class StrangerWatch:
+class UnexpectedPublisherWatch:
     """Finds publishers that are no part of the mission; names each of them once.
 
     They are told by their identity, not by their name: a second ``mu3_controller`` is a stranger.
@@ -175,7 +175,7 @@ class GraphCheck:
             self.missing = [e for e in self.missing if e.node not in names[(e.topic, e.publishes)]]
         return not self.missing
 
-    def audiences(self) -> dict[str, dict[str, int]]:
+    def subscriber_counts(self) -> dict[str, dict[str, int]]:
         """How many subscribers each node's publishers should have, by node and topic: at least."""
         found: dict[str, dict[str, int]] = {}
         for endpoint in self._endpoints:

@@ -14,7 +14,7 @@ from rclpy.task import Future
 from std_srvs.srv import Trigger
 
 from tethernet_bringup.mission.drivers import DriverWatch
-from tethernet_bringup.mission.graph import Endpoint, GraphCheck, Publisher, StrangerWatch
+from tethernet_bringup.mission.graph import Endpoint, GraphCheck, Publisher, UnexpectedPublisherWatch
 from tethernet_bringup.mission.outcome import FlightRecord, nanoseconds
 from tethernet_bringup.nodes import MONITOR
 from tethernet_bringup.pulse import Answer, Pulse
@@ -88,9 +88,9 @@ class Monitor:
             lambda topic: [info.node_name for info in self._node.get_subscriptions_info_by_topic(topic)],
         )
 
-    def watch_strangers(self, watched: Iterable[str]) -> StrangerWatch:
+    def watch_unexpected_publishers(self, watched: Iterable[str]) -> UnexpectedPublisherWatch:
         """A watch on topics that should have one publisher each, and have it now."""
-        return StrangerWatch(watched, self._node.count_publishers, self.publishers)
+        return UnexpectedPublisherWatch(watched, self._node.count_publishers, self.publishers)
 
     def publishers(self, topic: str) -> list[Publisher]:
         """Everybody who publishes a topic, whether this node hears it or not."""
@@ -148,9 +148,11 @@ class Monitor:
             return lambda: (False, "the planner's abort service is gone")
         return self._call(self._abort)
 
-    def check_connections(self, audiences: Mapping[str, Mapping[str, int]]) -> ConnectionCheck:
+    def check_connections(self, subscriber_counts: Mapping[str, Mapping[str, int]]) -> ConnectionCheck:
         """A comparison of whom the nodes have found with whom they should have found."""
-        return ConnectionCheck(audiences, {node: self._door.ask(Trigger, service_name(node)) for node in audiences})
+        return ConnectionCheck(
+            subscriber_counts, {node: self._door.ask(Trigger, service_name(node)) for node in subscriber_counts}
+        )
 
     def watch_pulse(self, nodes: Iterable[str], patience_s: float) -> Pulse:
         """A watch on nodes of this project: each answers on its connections service as long as it runs.
@@ -196,15 +198,15 @@ class Monitor:
 class ConnectionCheck:
     """Asks every node whether its publishers have found their subscribers, until they have."""
 
-    def __init__(self, audiences: Mapping[str, Mapping[str, int]], services: Mapping[str, Asker]):
+    def __init__(self, subscriber_counts: Mapping[str, Mapping[str, int]], services: Mapping[str, Asker]):
         """Args:
         audiences: least number of subscribers by node and topic.
         services: of each node, to ask it.
         """
-        self._audiences = audiences
+        self._subscriber_counts = subscriber_counts
         self._askers = services
         self._asked: set[str] = set()
-        self.missing = {node: list(topics) for node, topics in audiences.items()}
+        self.missing = {node: list(topics) for node, topics in subscriber_counts.items()}
         """Topics that lack subscribers, by node."""
         self.pids: dict[str, int] = {}
         """Process ids of the nodes that have answered."""
@@ -227,7 +229,7 @@ class ConnectionCheck:
         if isinstance(told, MessageError) or node not in self.missing:
             return  # dropped and counted at the door; it is asked again
         self.pids[node] = told.pid
-        wanted = self._audiences[node]
+        wanted = self._subscriber_counts[node]
         self.missing[node] = [topic for topic, least in wanted.items() if told.subscribers.get(topic, 0) < least]
         if not self.missing[node]:
             del self.missing[node]

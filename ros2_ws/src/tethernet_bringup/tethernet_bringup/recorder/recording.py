@@ -66,7 +66,7 @@ def faults(run: Path, bag: Path) -> list[str]:
     return []
 
 
-def complaints(run: Path) -> list[str]:
+def problems(run: Path) -> list[str]:
     """What the recorder's own report finds wanting in a whole recording.
 
     Args:

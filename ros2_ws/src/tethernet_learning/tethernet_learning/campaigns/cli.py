@@ -16,7 +16,7 @@ from tethernet_learning.campaigns.arguments import parse
 from tethernet_learning.campaigns.cases import Case, aim
 from tethernet_learning.campaigns.errors import CampaignError
 from tethernet_learning.campaigns.results import Results
-from tethernet_learning.campaigns.run import go_on
+from tethernet_learning.campaigns.run import resume
 from tethernet_learning.flight_settings import settings_of
 from tethernet_learning.workers import ClusterError
 from tethernet_planner import policies
@@ -57,7 +57,7 @@ def _fly(options: argparse.Namespace) -> int:
     source |= {"policy": options.policy, "policy_models": models, "control": options.control}
     description = provenance.describe(source, cases, settings)
     with Results(options.output, description) as results:
-        if not results.complete and not go_on(results, cases, settings, options.chunk, options.cluster):
+        if not results.complete and not resume(results, cases, settings, options.chunk, options.cluster):
             return INTERRUPTED
         print(f"{options.output}: {len(cases)} missions")
         print("\n".join(report.table(results.rows)))

@@ -13,7 +13,7 @@ from tethernet_sim import cores
 from tethernet_sim.fly import Settings
 
 
-def go_on(results: Results, cases: Sequence[Case], settings: Settings, chunk: int, cluster: str | None = None) -> bool:
+def resume(results: Results, cases: Sequence[Case], settings: Settings, chunk: int, cluster: str | None = None) -> bool:
     """Fly what is not flown yet; False when interrupted."""
     done = len(results.rows)
     before = f", {done} flown before" if done else ""

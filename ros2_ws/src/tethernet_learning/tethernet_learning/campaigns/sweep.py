@@ -23,13 +23,13 @@ from tethernet_learning.campaigns import pictures, provenance
 from tethernet_learning.campaigns import variations as sources
 from tethernet_learning.campaigns.columns import rebuild
 from tethernet_learning.campaigns.results import Results
-from tethernet_learning.campaigns.run import go_on
+from tethernet_learning.campaigns.run import resume
 from tethernet_learning.campaigns.statistics import Summary, summarise
 from tethernet_sim.fly import Settings
 
 CHUNK = 64
 _PAPER_GAINS = {"kp": 10.0, "ki": 6.0, "kd": 6.0}
-_FIXED = {"closing_plan": "fixed", "rally_period_s": 0.0}
+_FIXED = {"closing_plan": "fixed", "regroup_period_s": 0.0}
 _TRACK = ({"closing_law": "track"}, {**_FIXED, "closing_depth_m": 3.5, "closing_duration_s": 8.0})
 
 OPTIONS: dict[str, tuple[bool, dict[str, Any], dict[str, Any]]] = {
@@ -112,7 +112,7 @@ def fly(variants: dict[str, Settings], mus: int, count: int, seed: int, folder: 
         file = folder / f"{mus}mu_{number:02d}.csv"
         with Results(file, provenance.describe(source, cases, settings)) as results:
             print(f"{number} of {len(variants)}: {name}", file=sys.stderr)
-            if not results.complete and not go_on(results, cases, settings, CHUNK):
+            if not results.complete and not resume(results, cases, settings, CHUNK):
                 return None
             found[name] = summarise([rebuild(Outcome, row) for row in results.rows])
     return found

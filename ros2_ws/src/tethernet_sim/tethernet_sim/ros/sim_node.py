@@ -36,7 +36,7 @@ from tethernet_ros.parameters import NODE_OPTIONS, declare
 from tethernet_ros.serialized import OdometrySample, ThrustCommand
 from tethernet_ros.well_formed import MessageError
 from tethernet_sim.latency import LatencyCount
-from tethernet_sim.lockstep import Barrier, ThrustBook
+from tethernet_sim.lockstep import Barrier, CommandBuffer
 from tethernet_sim.ros.markers import Markers
 from tethernet_sim.ros.messages import BodyOdometry, MuOdometry, NetStateMessage, Transforms
 from tethernet_sim.sensors import OdometryNoise
@@ -82,8 +82,8 @@ class SimNode(Node):
         self.lockstep = self.scenario.pace == "lockstep"
         self.gate = MissionGate(Mission(mus))
         self.stamp_ns = self._first_ns = _FIRST_TICK * self.control.period_ns
-        self.flying = self.finished = self._untold = False
-        self.books = {mu: ThrustBook(self.control) for mu in self.mus}
+        self.flying = self.finished = self._pending = False
+        self.books = {mu: CommandBuffer(self.control) for mu in self.mus}
         self.barrier = Barrier(
             frozenset([PLANNER, *map(topics.mu_frame, self.mus), *(f"{_EXTERNAL}{mu}" for mu in self.external)])
         )
@@ -211,7 +211,7 @@ class SimNode(Node):
             if self.lockstep:
                 self._advance()
             else:
-                self._tell_rest()
+                self._publish_deferred()
 
     def _on_timer(self) -> None:
         if not self.flying:
@@ -229,7 +229,7 @@ class SimNode(Node):
 
     def _advance(self) -> None:
         """One control period with the commands at hand, then tell what is measured."""
-        self._tell_rest()  # in real time, when not everybody has answered
+        self._publish_deferred()  # in real time, when not everybody has answered
         period = self.control.period_ns * NANOSECOND_S
         thrust = np.array([[self.books[mu].thrust(self.stamp_ns) for mu in self.mus]])
         for mu in self.external:
@@ -269,15 +269,15 @@ class SimNode(Node):
                 self._odometry_out[mu].publish(self._odometry[mu].fill(stamp_ns, position, velocity))
         if not self.external:
             self._publish_clock(stamp_ns)
-        self._untold = True
+        self._pending = True
         if self.lockstep:
-            self._tell_rest()  # the processors are busy all the time anyway: tell while the others work
+            self._publish_deferred()  # the processors are busy all the time anyway: tell while the others work
 
-    def _tell_rest(self) -> None:
+    def _publish_deferred(self) -> None:
         """What nobody answers: in real time it waits until the thrust is in, so as not to hold up those who command."""
-        if not self._untold:
+        if not self._pending:
             return
-        self._untold = False
+        self._pending = False
         stamp_ns = self.stamp_ns
         self._publish_body(CHASER)
         self._tf_out.publish(self._tf.fill(stamp_ns, self.world))
@@ -354,7 +354,7 @@ class SimNode(Node):
     def _finish(self) -> None:
         if self.finished:
             return
-        self._tell_rest()
+        self._publish_deferred()
         self.finished, self.flying = True, False
         self._timer.cancel()
         self._publish_status()
