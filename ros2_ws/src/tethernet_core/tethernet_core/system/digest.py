@@ -1,0 +1,87 @@
+"""One number for a system's hardware, by which models know what they were made for."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from .system import System
+
+_DIGITS = 12
+"""Significant digits that count: sines and cosines differ in the last bits from one machine to another."""
+
+
+def system_digest(system: System) -> str:
+    """SHA-256 of everything that the hardware is made of, in hexadecimal digits.
+
+    It does not depend on how the hardware is described (comments, order and defaults of entries, names, files or
+    tables), nor on name, description and parameters.
+    """
+    return hashlib.sha256(json.dumps(_content(system), sort_keys=True).encode()).hexdigest()
+
+
+def _content(system: System) -> dict[str, Any]:
+    net, thread, closing, debris = system.net, system.net.material, system.closing, system.debris
+    return {
+        "net": {
+            "nodes": _array(net.nodes),
+            "threads": _array(np.sort(net.threads, axis=1)),
+            "rest_lengths": _array(net.rest_lengths),
+            "center": net.center_node,
+            "thread": _numbers(
+                thread.radius_m, thread.modulus_pa, thread.density_kg_m3, thread.damping_ratio, thread.strength_pa
+            ),
+            "masses": [[point.node, *_numbers(point.mass_kg)] for point in net.point_masses],
+        },
+        "units": [
+            [
+                unit.node,
+                *_numbers(
+                    unit.thread_length_m, unit.thread_stiffness_n_m, unit.thread_damping_n_s_m, unit.mass_kg,
+                    *unit.box_m, unit.radius_m, unit.thrust_limit_n, unit.specific_impulse_s, unit.propellant_kg,
+                ),
+            ]
+            for unit in system.units
+        ],
+        "closing": [
+            closing.kind,
+            list(closing.ring),
+            list(closing.winches),
+            _numbers(
+                closing.docking_distance_m, closing.draw_in_m_s, closing.pull_n, closing.winch_speed_m_s,
+                closing.winch_tension_n, closing.winch_stiffness_n_m,
+            ),
+        ],
+        "launch": [system.launch.kind, list(system.launch.particles), _array(system.launch.velocities)],
+        "debris": {
+            "shape": [debris.shape.kind, debris.shape.digest],
+            "center_of_mass": _array(debris.center_of_mass),
+            "mass": _numbers(debris.mass_kg),
+            "inertia": _array(debris.inertia),
+            "cqi": _numbers(debris.cqi_volume_m3, debris.cqi_area_m2, debris.cqi_length_m),
+        },
+        "chaser": _numbers(system.chaser.mass_kg, system.chaser.side_m),
+        "tether": _numbers(system.tether.stiffness_n_m, system.tether.damping_n_s_m),
+        "capture": [
+            system.capture.required_locked_pairs,
+            system.capture.center_of_mass,
+            *_numbers(system.capture.cqi_threshold),
+        ],
+        "aiming": _array(system.aiming.offsets),
+    }  # fmt: skip
+
+
+def _numbers(*values: float | None) -> list[str | None]:
+    # A zero has one sign here; what rounding leaves of a difference is none.
+    return [None if value is None else f"{value + 0.0:.{_DIGITS}g}" for value in values]
+
+
+def _array(array: np.ndarray) -> list[Any]:
+    if array.dtype.kind == "i":
+        return list(array.tolist())
+    clean = np.where(np.abs(array) < 1e-12 * max(float(np.abs(array).max(initial=0.0)), 1e-300), 0.0, array)
+    return [list(array.shape), _numbers(*clean.ravel().tolist())]

@@ -1,0 +1,56 @@
+"""Errors of system descriptions, and the place in a description that they name."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+from ..parameters import ParameterError
+from ..shown import SHORT, shown
+
+
+class DescriptionError(ParameterError):
+    """A system's description cannot be read, or describes what cannot be built or flown."""
+
+
+@dataclass(frozen=True)
+class Place:
+    """A place in a description: ``units[3].node`` of a system."""
+
+    system: str
+    """Name or file of the description."""
+    path: str = ""
+    """Full path of the entry in the description."""
+
+    def __truediv__(self, key: str) -> Place:
+        """The entry ``key`` of this section."""
+        return Place(self.system, f"{self.path}.{key}" if self.path else key)
+
+    def __getitem__(self, index: int) -> Place:
+        """The element ``index`` of this list."""
+        return Place(self.system, f"{self.path}[{index}]")
+
+    def error(self, value: object, why: str, allowed: str) -> DescriptionError:
+        """An error about the value given here.
+
+        Args:
+            value: what was given.
+            why: what is wrong with it.
+            allowed: what is allowed.
+        """
+        return DescriptionError(f"system {self.system}: {self.path} = {_brief(value)}: {why}; allowed: {allowed}")
+
+    def problem(self, why: str, allowed: str) -> DescriptionError:
+        """An error about this place as a whole: what is wrong, and what is allowed."""
+        return DescriptionError(f"system {self.system}: {self.path or 'description'}: {why}; allowed: {allowed}")
+
+
+def near_match(word: object, names: Iterable[str]) -> str:
+    """A hint at the name that was probably meant: ``" (did you mean mesh_m?)"``, or nothing."""
+    close = difflib.get_close_matches(str(word), list(names), n=1)
+    return f" (did you mean {close[0]}?)" if close else ""
+
+
+def _brief(value: object) -> str:
+    return shown(repr(value), SHORT)
