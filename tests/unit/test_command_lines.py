@@ -162,7 +162,7 @@ def test_an_outcome_that_cannot_be_written_is_the_reason_that_is_printed(capfd, 
         (folder.path / "outcome.json" / "in the way").touch()
 
     monkeypatch.setattr(cli, "_fly", fly)
-    monkeypatch.setattr("tethernet_bringup.recorder.recording.complaints", lambda _: [])
+    monkeypatch.setattr("tethernet_bringup.recorder.recording.problems", lambda _: [])
     monkeypatch.setattr("tethernet_bringup.recorder.recording.count_messages", lambda _: {"/clock": 1})
     assert cli.main(["--output", str(tmp_path)]) == 1
     told = capfd.readouterr()
