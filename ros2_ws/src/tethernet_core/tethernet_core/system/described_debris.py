@@ -49,9 +49,9 @@ def build_debris(content: Any, folder: Path, place: Place) -> Debris:
         center_of_mass=frozen(np.array(center, float)),
         mass_kg=section.mass_kg,
         inertia=frozen(np.array(inertia, float)),
-        cqi_volume_m3=shape.volume_m3 if quality.volume_m3 is None else quality.volume_m3,
-        cqi_area_m2=shape.area_m2 if quality.area_m2 is None else quality.area_m2,
         cqi_length_m=_depth(shape, place / "cqi" / "length_m") if quality.length_m is None else quality.length_m,
+        given_volume_m3=quality.volume_m3,
+        given_area_m2=quality.area_m2,
     )
 
 

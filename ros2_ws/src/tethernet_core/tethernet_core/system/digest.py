@@ -62,7 +62,7 @@ def _content(system: System) -> dict[str, Any]:
             "center_of_mass": _array(debris.center_of_mass),
             "mass": _numbers(debris.mass_kg),
             "inertia": _array(debris.inertia),
-            "cqi": _numbers(debris.cqi_volume_m3, debris.cqi_area_m2, debris.cqi_length_m),
+            "cqi": _numbers(debris.given_volume_m3, debris.given_area_m2, debris.cqi_length_m),
         },
         "chaser": _numbers(system.chaser.mass_kg, system.chaser.side_m),
         "tether": _numbers(system.tether.stiffness_n_m, system.tether.damping_n_s_m),

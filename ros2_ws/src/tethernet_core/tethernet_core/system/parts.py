@@ -239,12 +239,23 @@ class Debris:
     """[kg]."""
     inertia: np.ndarray
     """About the centre of mass, axes of the shape [kg m^2], shape (3, 3)."""
-    cqi_volume_m3: float
-    """V_D of the Capture Quality Index [m^3]."""
-    cqi_area_m2: float
-    """S_D [m^2]."""
     cqi_length_m: float
-    """L_c [m]."""
+    """L_c of the Capture Quality Index [m]."""
+    given_volume_m3: float | None = None
+    """V_D where the description gives it [m^3]."""
+    given_area_m2: float | None = None
+    """S_D where the description gives it [m^2]."""
+
+    # A compound integrates its own numerically, which takes longer than all the rest: only who needs them waits.
+    @functools.cached_property
+    def cqi_volume_m3(self) -> float:
+        """V_D of the Capture Quality Index [m^3]: as given, or the shape's volume."""
+        return float(self.shape.volume_m3) if self.given_volume_m3 is None else self.given_volume_m3
+
+    @functools.cached_property
+    def cqi_area_m2(self) -> float:
+        """S_D of the Capture Quality Index [m^2]: as given, or the area of the shape's surface."""
+        return float(self.shape.area_m2) if self.given_area_m2 is None else self.given_area_m2
 
 
 @dataclass(frozen=True)
