@@ -1,4 +1,4 @@
-"""Tasks on a Ray cluster; see :mod:`.workers`."""
+"""Tasks on a Ray cluster."""
 
 from __future__ import annotations
 
@@ -6,11 +6,13 @@ import itertools
 import socket
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
-from typing import Any
+from typing import Any, TypeVar
 
 from tethernet_learning.source_digest import source_digest
-from tethernet_learning.workers import ClusterError, Result, Task
 from tethernet_sim import cores
+
+Task = TypeVar("Task")
+Result = TypeVar("Result")
 
 RETRIES = 5
 """So often a task is done again when the process or the machine that had it has died."""
@@ -19,13 +21,24 @@ _AHEAD = 3
 _CONNECT_S = 5.0  # [s]
 
 
+class ClusterError(RuntimeError):
+    """A cluster cannot be used: why, and what to do."""
+
+
 def run_on(address: str, function: Callable[[Task], Result], tasks: Sequence[Task]) -> Iterator[Result]:
-    """Call a function for every task; see :func:`.workers.run`.
+    """Call a function for every task.
 
     Args:
-        address: of the cluster.
-        function: see there.
-        tasks: see there.
+        address: of the cluster: HOST:PORT, ray://HOST:PORT or auto.
+        function: importable by its name; takes one core.
+        tasks: can be pickled, like the results.
+
+    Yields:
+        The results in the order of the tasks, each as soon as it and all before it are there. What a dying process or
+        machine had in hand is done again by another.
+
+    Raises:
+        ClusterError: when the cluster cannot be used.
     """
     ray = _connect(address)
     try:

@@ -3,17 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from typing import TypeVar
 
-Task = TypeVar("Task")
-Result = TypeVar("Result")
+from tethernet_learning.ray_workers import ClusterError, Result, Task, run_on
+
+__all__ = ["HELP", "ClusterError", "run"]
 
 HELP = "fly on this Ray cluster (HOST:PORT of its head, ray://HOST:PORT from outside, or auto) instead of this machine"
 """For command lines."""
-
-
-class ClusterError(RuntimeError):
-    """A cluster cannot be used: why, and what to do."""
 
 
 def run(function: Callable[[Task], Result], tasks: Sequence[Task], cluster: str | None = None) -> Iterator[Result]:
@@ -35,6 +31,4 @@ def run(function: Callable[[Task], Result], tasks: Sequence[Task], cluster: str 
     if cluster is None:
         yield from map(function, tasks)
         return
-    from tethernet_learning.ray_workers import run_on
-
     yield from run_on(cluster, function, tasks)

@@ -1,0 +1,212 @@
+"""What may import what: layers go one way, nothing goes round, and a real mission's processes hold no simulator.
+
+All imports count: at a module's head, inside functions, and those for type annotations only. An import inside a
+function still ties two modules together, and what only the type checker reads still has to be understood together.
+"""
+
+from __future__ import annotations
+
+import ast
+import functools
+import json
+import subprocess
+import sys
+from collections.abc import Iterable, Iterator, Mapping
+from pathlib import Path
+
+import pytest
+
+from bootstrap.places import PYTHON_PACKAGES, ROOT
+
+SOURCES = ROOT / "ros2_ws" / "src"
+
+LAYERS = (
+    "tethernet_msgs", "tethernet_core", "tethernet_ros", "tethernet_control", "tethernet_planner", "tethernet_sim",
+    "tethernet_learning", "tethernet_bringup",
+)  # fmt: skip
+"""Each may import the ones before it."""
+
+NEVER = {
+    "tethernet_core": {"rclpy", "numba", *LAYERS} - {"tethernet_core"},
+    "tethernet_planner": {"tethernet_sim", "tethernet_learning", "torch", "sklearn"},
+    "tethernet_control": {"tethernet_sim", "tethernet_planner", "tethernet_learning", "torch", "sklearn"},
+}
+
+REAL_MISSION = {
+    "tethernet_planner.assessor_node": {"tethernet_sim", "tethernet_learning", "torch", "sklearn", "ray"},
+    "tethernet_planner.planner_node": {"tethernet_sim", "tethernet_learning", "torch", "sklearn", "ray"},
+    "tethernet_control.controller_node": {"tethernet_sim", "tethernet_planner", "tethernet_learning", "torch"},
+}
+"""Processes that fly with real hardware, and what they must not load."""
+
+MOST_LINES = 400
+LONGER = {
+    "ros2_ws/src/tethernet_bringup/tethernet_bringup/mission/conductor.py": "one state machine: the course of a mission",
+}
+"""Files that are longer, each with its reason."""
+
+KNOWN_FILE_CIRCLES = {
+    ("tethernet_core.system.digest", "tethernet_core.system.system"): "the digest's argument is annotated only",
+    ("tethernet_sim.model", "tethernet_sim.settings", "tethernet_sim.stability"): (
+        "settings ask for the largest stable step, whose matrices are made by the model"
+    ),
+}
+KNOWN_FOLDER_CIRCLES = {
+    ("tethernet_sim", "tethernet_sim.kernels"): "kernels take the layout of the model's arrays from the package above",
+}
+"""What remains to be undone. An entry that no longer holds fails the test, so that the list only shrinks."""
+
+Graph = Mapping[str, set[str]]
+
+
+@functools.cache
+def modules() -> dict[str, Path]:
+    """All modules of all packages with their files."""
+    found = {}
+    for package in PYTHON_PACKAGES:
+        for path in sorted((SOURCES / package / package).rglob("*.py")):
+            words = path.relative_to(SOURCES / package).with_suffix("").parts
+            found[".".join(words[:-1] if words[-1] == "__init__" else words)] = path
+    return found
+
+
+def imports(name: str, path: Path, known: Iterable[str]) -> Iterator[str]:
+    """Full names of all that a module imports: modules of ``known`` as far down as named, others as written.
+
+    Of ``import a.b.c`` the packages a and a.b are no imports of their own, although Python loads them first.
+    """
+    package = name if path.name == "__init__.py" else name.rpartition(".")[0]
+    for node in ast.walk(ast.parse(path.read_text())):
+        if isinstance(node, ast.Import):
+            yield from (alias.name for alias in node.names)
+        elif isinstance(node, ast.ImportFrom):
+            parents = package.split(".")[: len(package.split(".")) - node.level + 1] if node.level else []
+            base = ".".join([*parents, *([node.module] if node.module else [])])
+            yield from (f"{base}.{alias.name}" if f"{base}.{alias.name}" in known else base for alias in node.names)
+
+
+@functools.cache
+def everything() -> dict[str, set[str]]:
+    """What each module imports, from anywhere."""
+    known = modules()
+    return {name: set(imports(name, path, known)) - {name} for name, path in known.items()}
+
+
+def own_graph() -> dict[str, set[str]]:
+    """The imports between own modules."""
+    return {name: found & set(modules()) for name, found in everything().items()}
+
+
+def circles(graph: Graph) -> list[tuple[str, ...]]:
+    """The sets of nodes each of which leads to all the others (Tarjan's strongly connected components)."""
+    number: dict[str, int] = {}
+    lowest: dict[str, int] = {}
+    stack: list[str] = []
+    found = []
+
+    def visit(node: str) -> None:
+        number[node] = lowest[node] = len(number)
+        stack.append(node)
+        for other in graph.get(node, ()):
+            if other not in number:
+                visit(other)
+                lowest[node] = min(lowest[node], lowest[other])
+            elif other in stack:
+                lowest[node] = min(lowest[node], number[other])
+        if lowest[node] == number[node]:
+            begin = stack.index(node)
+            if len(stack) - begin > 1:
+                found.append(tuple(sorted(stack[begin:])))
+            del stack[begin:]
+
+    for node in graph:
+        if node not in number:
+            visit(node)
+    return sorted(found)
+
+
+def folder_circles(graph: Graph, packages: Iterable[str]) -> list[tuple[str, ...]]:
+    """Circles between the sub-packages of each package; its own modules count as one more, named as the package."""
+    found = []
+    for package in packages:
+        inside = [name for name in graph if name == package or name.startswith(package + ".")]
+
+        def room(name: str, package: str = package) -> str:
+            child = ".".join(name.split(".")[: package.count(".") + 2])
+            return child if modules().get(child, Path()).name == "__init__.py" else package
+
+        rooms: dict[str, set[str]] = {}
+        for name in inside:
+            targets = {room(other) for other in graph[name] if other in inside}
+            rooms.setdefault(room(name), set()).update(targets - {room(name)})
+        found += circles(rooms)
+    return found
+
+
+def reachable(begin: str) -> set[str]:
+    """What a process that starts with this module may ever load: its imports, theirs and so on."""
+    seen, to_do = {begin}, [begin]
+    while to_do:
+        for name in everything().get(to_do.pop(), ()):
+            if name not in seen:
+                seen.add(name)
+                to_do.append(name)
+    return seen
+
+
+def roots(names: Iterable[str]) -> set[str]:
+    return {name.partition(".")[0] for name in names}
+
+
+def test_circles_are_found():
+    graph = {"a": {"b"}, "b": {"c", "d"}, "c": {"a"}, "d": {"e"}, "e": {"d"}, "f": {"a"}}
+    assert circles(graph) == [("a", "b", "c"), ("d", "e")]
+    assert circles({"a": {"b"}, "b": {"c"}, "c": set()}) == []
+
+
+def test_no_circle_between_files():
+    assert circles(own_graph()) == sorted(KNOWN_FILE_CIRCLES)
+
+
+def test_no_circle_between_sub_packages():
+    packages = [name for name, path in modules().items() if path.name == "__init__.py"]
+    assert folder_circles(own_graph(), packages) == sorted(KNOWN_FOLDER_CIRCLES)
+
+
+@pytest.mark.parametrize("package", PYTHON_PACKAGES)
+def test_packages_import_only_those_below(package):
+    above = set(LAYERS[LAYERS.index(package) + 1 :])
+    wrong = {name: roots(found) & above for name, found in everything().items() if name.split(".")[0] == package}
+    assert {name: found for name, found in wrong.items() if found} == {}
+
+
+@pytest.mark.parametrize("package", NEVER)
+def test_what_a_package_never_imports(package):
+    inside = [name for name in modules() if name.partition(".")[0] == package]
+    wrong = {name: roots(reachable(name)) & NEVER[package] for name in inside}
+    assert {name: found for name, found in wrong.items() if found} == {}
+
+
+def test_the_core_knows_no_message():
+    names = roots(
+        name for module, found in everything().items() if module.startswith("tethernet_core") for name in found
+    )
+    assert {name for name in names if name.endswith(("_msgs", "_interfaces")) or name.startswith("rosidl")} == set()
+
+
+@pytest.mark.parametrize("node", REAL_MISSION)
+def test_a_real_mission_holds_no_simulator_and_no_training(node):
+    code = f"import json, sys, {node}; print(json.dumps(sorted(sys.modules)))"
+    command = [sys.executable, "-P", "-c", code]
+    loaded = json.loads(subprocess.run(command, capture_output=True, text=True, check=True, timeout=120).stdout)
+    assert node in loaded
+    assert roots(loaded) & REAL_MISSION[node] == set()
+    assert roots(reachable(node)) & REAL_MISSION[node] == set(), "nor later"
+
+
+def test_files_are_short():
+    folders = [SOURCES, *(ROOT / name for name in ("bootstrap", "benchmarks", "examples", "tests"))]
+    files = [path for folder in folders for path in folder.rglob("*.py")]
+    lines = {str(path.relative_to(ROOT)): path.read_text().count("\n") for path in files}
+    assert {name: count for name, count in lines.items() if count > MOST_LINES and name not in LONGER} == {}
+    assert {name for name in LONGER if lines.get(name, 0) <= MOST_LINES} == set(), "needs no reason any more"
