@@ -9,7 +9,6 @@ from collections.abc import Callable, Iterator, Sequence
 from typing import Any, TypeVar
 
 from tethernet_learning.source_digest import source_digest
-from tethernet_sim import cores
 
 Task = TypeVar("Task")
 Result = TypeVar("Result")
@@ -103,5 +102,7 @@ def _call(function: Callable[[Task], Result], task: Task, expected_code: str) ->
         raise ClusterError(
             f"{socket.gethostname()} has other sources than the machine that asks; bring both to the same commit"
         )
+    from tethernet_sim import cores  # numba behind it takes half a second, and a command's help needs none of it
+
     cores.use(1)  # one core of the cluster for each task
     return function(task)
