@@ -58,7 +58,7 @@ def middle_node(net: FlatNet) -> int:
 
 def _by_row_and_column(address: Mapping[str, Any], net: FlatNet, place: Place) -> int:
     if net.grid is None:
-        raise place.error(dict(address), "this net has no rows and columns", "another " + NODE_FORM)
+        raise place.error(dict(address), "this net has no rows and columns", "a node number, {near: [x, y]}, or center")
     rows, columns = net.grid
     row = _index(address["row"], rows, place / "row")
     return row * columns + _index(address["column"], columns, place / "column")
@@ -76,7 +76,7 @@ def _index(value: Any, count: int, place: Place) -> int:
 
 def _by_corner(value: Any, nodes: tuple[int, ...], net: FlatNet, place: Place) -> int:
     if not nodes:
-        raise place.error(value, "this net has no corners of its own", "another " + NODE_FORM)
+        raise place.error(value, "this net has no corners of its own", "a node number, {near: [x, y]}, or center")
     if net.grid and isinstance(value, list) and place.path.endswith("corner"):
         if len(value) == 2 and all(word in _WORDS for word in value if isinstance(word, str)):
             rows, columns = net.grid

@@ -113,10 +113,12 @@ def build_closing(content: Any, hardware: Hardware, place: Place) -> Closing:
     if content in ("none", None):
         return Closing("none")
     allowed = "none, {docking: ...} or {winch: ...}"
-    if not isinstance(content, Mapping) or len(content) != 1:
-        raise place.error(content, "not one way to close", allowed)
-    check_keys(content, CLOSING_KINDS, place, "way to close")
-    if "docking" in content:
+    if not isinstance(content, Mapping):
+        raise place.error(content, "not a way to close", allowed)
+    given = [kind for kind, entries in check_keys(content, CLOSING_KINDS, place, "way").items() if entries is not None]
+    if len(given) != 1:
+        raise place.problem(f"has {' and '.join(given) or 'no way to close'}", allowed)
+    if given == ["docking"]:
         return _docking(content["docking"], hardware, place / "docking")
     return _winch(content["winch"], hardware, place / "winch")
 

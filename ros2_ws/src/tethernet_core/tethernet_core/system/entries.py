@@ -141,7 +141,8 @@ def check_value(value: Any, field: dataclasses.Field[Any], kind: Any, place: Pla
     if kind is int:
         if isinstance(value, bool) or not isinstance(value, int):
             raise place.error(value, "not a whole number", allowed)
-        _check_range(value, field, place, allowed)
+        if not _in_range(value, field):
+            raise place.error(value, "out of range", allowed)
         return value
     if not isinstance(value, kind):
         raise place.error(value, "not text" if kind is str else "neither true nor false", allowed)
@@ -152,7 +153,8 @@ def check_value(value: Any, field: dataclasses.Field[Any], kind: Any, place: Pla
 
 def _number(value: Any, field: dataclasses.Field[Any], place: Place, allowed: str) -> float:
     number = finite(value, place, allowed)
-    _check_range(number, field, place, allowed)
+    if not _in_range(number, field):
+        raise place.error(value, "out of range", allowed)
     return number
 
 
@@ -173,7 +175,6 @@ def finite(value: Any, place: Place, allowed: str) -> float:
     return number
 
 
-def _check_range(value: float, field: dataclasses.Field[Any], place: Place, allowed: str) -> None:
+def _in_range(value: float, field: dataclasses.Field[Any]) -> bool:
     low, high = field.metadata["low"], field.metadata["high"]
-    if (low is not None and value < low) or (high is not None and value > high):
-        raise place.error(value, "out of range", allowed)
+    return (low is None or value >= low) and (high is None or value <= high)

@@ -47,7 +47,7 @@ def load_system(name_or_path: str | Path, overrides: Mapping[str, Any] | None = 
     Args:
         name_or_path: name of a shipped description, or path of one.
         overrides: entries to replace: nested mappings, or dotted keys such as ``net.square.mesh_m`` and
-            ``units[3].thread_length_m``.
+            ``units[3].thread_length_m``; files that they name are found from the description's folder.
 
     Raises:
         DescriptionError: where there is no such system, or its description is wrong: which entry, what it holds and
@@ -164,7 +164,7 @@ def _from_content(
 ) -> System:
     place = Place(str(content.get("name") or default_name))
     if overrides:
-        content = overridden(content, with_absolute_files(dict(overrides), Path()), place)
+        content = with_absolute_files(overridden(content, overrides, place), folder)
     section = read_section(DescriptionSection, content, place)
     name = section.name or default_name
     place = Place(name)

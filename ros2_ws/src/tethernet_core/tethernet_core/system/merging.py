@@ -26,7 +26,7 @@ def merged(base: Any, changes: Any, path: tuple[str, ...] = ()) -> Any:
         return copy.deepcopy(dict(changes))
     result = dict(base)
     one_of = _ONE_OF.get(path, ())
-    if any(key in one_of for key in changes):
+    if any(key in one_of and value is not None for key, value in changes.items()):
         result = {key: value for key, value in result.items() if key not in one_of or key in changes}
     for key, value in changes.items():
         here = (*path, str(key))

@@ -76,8 +76,8 @@ class NetSection:
 class SquareSection:
     """Entries of ``net.square``. Nodes are numbered row by row; rows run along y, columns along x."""
 
-    rows: int = entry("Rows of nodes", low=2, high=MOST_NODES // 2)
-    columns: int = entry("Columns of nodes", low=2, high=MOST_NODES // 2)
+    rows: int = entry("Rows of nodes", low=2, high=MOST_NODES)
+    columns: int = entry("Columns of nodes", low=2, high=MOST_NODES)
     mesh_m: float = entry("Length of a thread between two nodes", unit="m", low=0.005, high=10.0)
 
 
@@ -87,7 +87,7 @@ class LatticeSection:
     counter-clockwise from corner 0.
     """
 
-    rings: int = entry("Rings of nodes round the central one", low=1, high=57)
+    rings: int = entry("Rings of nodes round the central one", low=1, high=1000)
     spacing_m: float = entry("Length of a thread between two nodes", unit="m", low=0.005, high=10.0)
     inner_rings: bool = entry(
         "Whether threads run along the inner rings too, or only between rings and along the rim", default=True
@@ -245,7 +245,7 @@ class DebrisSection:
         default_text="of a homogeneous body (with center_of_mass_m: must be given)",
     )
     cqi: Any = entry(
-        "What the Capture Quality Index is told of it", form="a mapping: debris.cqi", default=None,
+        "What the Capture Quality Index takes for it", form="a mapping: debris.cqi", default=None,
         default_text="the shape's own numbers",
     )  # fmt: skip
 
