@@ -46,9 +46,6 @@ LONGER = {
 """Files that are longer, each with its reason."""
 
 KNOWN_FILE_CIRCLES = {
-    ("tethernet_core.system.digest", "tethernet_core.system.summary", "tethernet_core.system.system"): (
-        "digest and summary of a system are its methods and take it as their argument"
-    ),
     ("tethernet_sim.model", "tethernet_sim.settings", "tethernet_sim.stability"): (
         "settings ask for the largest stable step, whose matrices are made by the model"
     ),

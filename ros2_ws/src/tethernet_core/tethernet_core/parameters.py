@@ -127,7 +127,7 @@ _DEEPEST = 20
 """Levels of nesting; a parameter file has three, and an array in it one more."""
 
 
-class _Loader(yaml.SafeLoader):
+class StrictLoader(yaml.SafeLoader):
     """YAML as ROS 2 reads it: without aliases, which can stand for more than any memory, and without keys twice."""
 
     _depth = 0
@@ -171,7 +171,7 @@ def read_yaml(path: str | Path) -> dict[str, dict[str, Any]]:
                 f"{shown(path)} is no parameter file: it holds more than {LARGEST_FILE_BYTES // 1024} KiB; "
                 "allowed: a ROS 2 parameter file"
             )
-        content = yaml.load(data.decode("utf-8-sig"), _Loader)
+        content = yaml.load(data.decode("utf-8-sig"), StrictLoader)
     except (OSError, UnicodeDecodeError) as error:
         raise ParameterError(f"cannot read parameter file {shown(path)}: {_cause(error)}") from error
     except (yaml.YAMLError, ValueError) as error:  # a date that is none, a number of five thousand digits

@@ -80,9 +80,9 @@ def _by_corner(value: Any, nodes: tuple[int, ...], net: FlatNet, place: Place) -
     if net.grid and isinstance(value, list) and place.path.endswith("corner"):
         if len(value) == 2 and all(word in _WORDS for word in value if isinstance(word, str)):
             rows, columns = net.grid
-            ends = [_WORDS.get(word, word) if isinstance(word, str) else word for word in value]
-            if all(end in (0, -1) for end in ends):
-                return ends[0] % rows * columns + ends[1] % columns
+            row, column = (_WORDS.get(word, 1) if isinstance(word, str) else word for word in value)
+            if row in (0, -1) and column in (0, -1):
+                return int(row % rows * columns + column % columns)
         raise place.error(value, "no corner", "[first or last row, first or last column]")
     if isinstance(value, bool) or not isinstance(value, int) or not 0 <= value < len(nodes):
         raise place.error(value, "no such one", f"0 to {len(nodes) - 1}, counter-clockwise")

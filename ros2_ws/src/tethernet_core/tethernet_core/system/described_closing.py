@@ -11,7 +11,7 @@ import numpy as np
 from .addresses import node_number
 from .entries import check_keys, finite, read_section
 from .errors import Place
-from .geometry import around, flat_length, hull, windings
+from .geometry import around, hull, windings
 from .lattices import FlatNet
 from .parts import Aiming, Capture, Closing, Launch, Net, Unit, frozen
 from .sections import (
@@ -28,8 +28,8 @@ from .sections import (
 CLOSING_KINDS = ("docking", "winch")
 
 
-class Hardware(NamedTuple):
-    """What of a system is already built, for what hangs on it."""
+class Equipped(NamedTuple):
+    """A net with its units: what closing, launch and aiming are built on."""
 
     net: Net
     flat: FlatNet
@@ -104,7 +104,7 @@ def order_round_mouth(net: Net, units: tuple[Unit, ...]) -> tuple[int, ...]:
     return tuple(i + 1 for i in around(flat, net.nodes[net.center_node, :2]))
 
 
-def build_closing(content: Any, hardware: Hardware, place: Place) -> Closing:
+def build_closing(content: Any, equipped: Equipped, place: Place) -> Closing:
     """How the mouth closes.
 
     Raises:
@@ -119,14 +119,14 @@ def build_closing(content: Any, hardware: Hardware, place: Place) -> Closing:
     if len(given) != 1:
         raise place.problem(f"has {' and '.join(given) or 'no way to close'}", allowed)
     if given == ["docking"]:
-        return _docking(content["docking"], hardware, place / "docking")
-    return _winch(content["winch"], hardware, place / "winch")
+        return _docking(content["docking"], equipped, place / "docking")
+    return _winch(content["winch"], equipped, place / "winch")
 
 
-def _docking(content: Any, hardware: Hardware, place: Place) -> Closing:
+def _docking(content: Any, equipped: Equipped, place: Place) -> Closing:
     section = read_section(DockingSection, content, place)
-    count, here = len(hardware.units), place / "ring"
-    ring = hardware.mouth_order if section.ring is None else section.ring
+    count, here = len(equipped.units), place / "ring"
+    ring = equipped.mouth_order if section.ring is None else section.ring
     allowed = f"at least 3 different units, numbered 1 to {count}, in their order round the mouth"
     if count < 3:
         raise place.problem(f"{count} units cannot close a mouth", "3 or more units, closing: {winch: ...} or none")
@@ -135,36 +135,36 @@ def _docking(content: Any, hardware: Hardware, place: Place) -> Closing:
     for i, unit in enumerate(ring):
         if isinstance(unit, bool) or not isinstance(unit, int) or not 1 <= unit <= count:
             raise here[i].error(unit, "no such unit", f"1 to {count}")
-    nodes = [hardware.units[unit - 1].node for unit in ring]
-    _check_ring(list(ring), nodes, hardware, here, "unit", allowed)
+    nodes = [equipped.units[unit - 1].node for unit in ring]
+    _check_ring(list(ring), nodes, equipped, here, "unit", allowed)
     return Closing(
         kind="docking",
-        ring=tuple(hardware.net.node_count + unit - 1 for unit in ring),
+        ring=tuple(equipped.net.node_count + unit - 1 for unit in ring),
         docking_distance_m=section.docking_distance_m,
         draw_in_m_s=section.draw_in_m_s,
         pull_n=section.pull_n,
     )
 
 
-def _winch(content: Any, hardware: Hardware, place: Place) -> Closing:
+def _winch(content: Any, equipped: Equipped, place: Place) -> Closing:
     section = read_section(WinchSection, content, place)
     here = place / "ring"
     allowed = f"at least 3 different nodes in their order round the mouth, or {{perimeter: COUNT}}; each {NODE_FORM}"
     if isinstance(section.ring, Mapping):
-        ring = _perimeter(section.ring, hardware, here)
+        ring = _perimeter(section.ring, equipped, here)
     elif isinstance(section.ring, list | tuple):
-        ring = [node_number(node, hardware.flat, here[i]) for i, node in enumerate(section.ring)]
+        ring = [node_number(node, equipped.flat, here[i]) for i, node in enumerate(section.ring)]
     else:
         raise here.error(section.ring, "not a list of nodes", allowed)
-    _check_ring(ring, ring, hardware, here, "node", allowed)
-    winches = _winches(section, ring, hardware, place / "winches")
+    _check_ring(ring, ring, equipped, here, "node", allowed)
+    winches = _winches(section, ring, equipped, place / "winches")
     start = ring.index(winches[0])
     ring = ring[start:] + ring[:start]
-    flat = hardware.net.nodes[ring]
+    flat = equipped.net.nodes[ring]
     around_mouth = float(np.sqrt(((np.roll(flat, -1, axis=0) - flat) ** 2).sum(axis=1)).sum())
     stiffness = section.stiffness_n_m
     if stiffness is None:
-        stiffness = hardware.net.material.stiffness_n_m(around_mouth / len(winches))
+        stiffness = equipped.net.material.stiffness_n_m(around_mouth / len(winches))
     return Closing(
         kind="winch",
         ring=tuple(ring),
@@ -176,12 +176,12 @@ def _winch(content: Any, hardware: Hardware, place: Place) -> Closing:
     )
 
 
-def _perimeter(content: Mapping[str, Any], hardware: Hardware, place: Place) -> list[int]:
+def _perimeter(content: Mapping[str, Any], equipped: Equipped, place: Place) -> list[int]:
     """Nodes spread evenly over the net's border, beginning where the first unit or mass is."""
     check_keys(content, ["perimeter"], place)
-    flat = hardware.flat.nodes[:, :2]
-    border = hull(flat, 1e-9 * max(hardware.flat.mesh_m, 1e-9) * len(flat))
-    bearers = [unit.node for unit in hardware.units] + [point.node for point in hardware.net.point_masses]
+    flat = equipped.flat.nodes[:, :2]
+    border = hull(flat, 1e-9 * max(equipped.flat.mesh_m, 1e-9) * len(flat))
+    bearers = [unit.node for unit in equipped.units] + [point.node for point in equipped.net.point_masses]
     first = next((border.index(node) for node in bearers if node in border), 0)
     border = border[first:] + border[:first]
     count = content.get("perimeter")
@@ -191,9 +191,9 @@ def _perimeter(content: Mapping[str, Any], hardware: Hardware, place: Place) -> 
     return [border[round(i * len(border) / count)] for i in range(count)]
 
 
-def _winches(section: WinchSection, ring: list[int], hardware: Hardware, place: Place) -> list[int]:
+def _winches(section: WinchSection, ring: list[int], equipped: Equipped, place: Place) -> list[int]:
     if section.winches is None:
-        bearers = {unit.node for unit in hardware.units} | {point.node for point in hardware.net.point_masses}
+        bearers = {unit.node for unit in equipped.units} | {point.node for point in equipped.net.point_masses}
         winches = [node for node in ring if node in bearers]
         if not winches:
             raise place.problem(
@@ -202,7 +202,7 @@ def _winches(section: WinchSection, ring: list[int], hardware: Hardware, place: 
         return winches
     if not isinstance(section.winches, list | tuple) or not section.winches:
         raise place.error(section.winches, "not a list of nodes", "at least one node of the ring")
-    winches = [node_number(node, hardware.flat, place[i]) for i, node in enumerate(section.winches)]
+    winches = [node_number(node, equipped.flat, place[i]) for i, node in enumerate(section.winches)]
     for i, node in enumerate(winches):
         if node not in ring:
             raise place[i].error(section.winches[i], f"node {node} is not in the ring", "nodes of the ring")
@@ -212,23 +212,23 @@ def _winches(section: WinchSection, ring: list[int], hardware: Hardware, place: 
 
 
 def _check_ring(
-    members: list[int], nodes: list[int], hardware: Hardware, place: Place, noun: str, allowed: str
+    members: list[int], nodes: list[int], equipped: Equipped, place: Place, noun: str, allowed: str
 ) -> None:
     if len(members) < 3:
         raise place.problem(f"{len(members)} {noun}s are no ring", allowed)
     for i, member in enumerate(members):
         if member in members[:i]:
             raise place[i].problem(f"{noun} {member} is in the ring twice", allowed)
-    times, steady = windings(hardware.net.nodes[nodes, :2], hardware.center)
+    times, steady = windings(equipped.net.nodes[nodes, :2], equipped.center)
     if abs(abs(times) - 1.0) > 1e-6 or not steady:
         raise place.problem(
             f"does not go round the mouth once: it goes {abs(times):.2g} times round the central node "
-            f"{hardware.net.center_node}" + ("" if steady else ", and turns back on its way"),
+            f"{equipped.net.center_node}" + ("" if steady else ", and turns back on its way"),
             allowed,
         )
 
 
-def build_launch(content: Any, hardware: Hardware, place: Place) -> Launch:
+def build_launch(content: Any, equipped: Equipped, place: Place) -> Launch:
     """How the net gets out.
 
     Raises:
@@ -236,29 +236,29 @@ def build_launch(content: Any, hardware: Hardware, place: Place) -> Launch:
     """
     allowed = "flown (by units) or {ejected: {speed_m_s, opening_angle_deg}}"
     if content == "flown":
-        if not hardware.units:
+        if not equipped.units:
             raise place.error(content, "there is no unit that could pull the net out", "units, or {ejected: ...}")
         return Launch("flown", (), frozen(np.zeros((0, 3))))
     if not isinstance(content, Mapping) or set(content) != {"ejected"}:
         raise place.error(content, "no way to launch", allowed)
-    return _ejected(content["ejected"], hardware, place / "ejected")
+    return _ejected(content["ejected"], equipped, place / "ejected")
 
 
-def _ejected(content: Any, hardware: Hardware, place: Place) -> Launch:
+def _ejected(content: Any, equipped: Equipped, place: Place) -> Launch:
     section = read_section(EjectedSection, content, place)
-    net = hardware.net
+    net = equipped.net
     if section.bodies is not None:
         if not isinstance(section.bodies, list | tuple):
             raise (place / "bodies").error(section.bodies, "not a list of nodes", f"a list of nodes, each {NODE_FORM}")
         here = place / "bodies"
-        particles = [node_number(node, hardware.flat, here[i]) for i, node in enumerate(section.bodies)]
+        particles = [node_number(node, equipped.flat, here[i]) for i, node in enumerate(section.bodies)]
         nodes = list(particles)
     elif net.point_masses:
         particles = [point.node for point in net.point_masses]
         nodes = list(particles)
     else:
-        particles = [net.node_count + i for i in range(len(hardware.units))]
-        nodes = [unit.node for unit in hardware.units]
+        particles = [net.node_count + i for i in range(len(equipped.units))]
+        nodes = [unit.node for unit in equipped.units]
     if not particles:
         raise place.problem("there is nothing to eject", "net.masses, units, or bodies: a list of nodes")
     if section.velocities_m_s is not None:
@@ -270,7 +270,7 @@ def _ejected(content: Any, hardware: Hardware, place: Place) -> Launch:
             raise place.problem(
                 "lacks speed_m_s or opening_angle_deg", "both, or velocities_m_s with [x, y, z] for each body"
             )
-        outward = _outward(net.nodes[nodes, :2] - hardware.center)
+        outward = _outward(net.nodes[nodes, :2] - equipped.center)
         angle = math.radians(section.opening_angle_deg)
         velocities = section.speed_m_s * np.column_stack(
             [math.sin(angle) * outward, np.full(len(particles), -math.cos(angle))]
@@ -294,7 +294,7 @@ def _velocities(content: Any, count: int, place: Place) -> np.ndarray:
 def _outward(flat: np.ndarray) -> np.ndarray:
     """Unit vectors of flat vectors, 0 where they have no length."""
     length = np.sqrt((flat * flat).sum(axis=1, keepdims=True))
-    return np.divide(flat, length, out=np.zeros_like(flat), where=length > 1e-9)
+    return np.asarray(np.divide(flat, length, out=np.zeros_like(flat), where=length > 1e-9))
 
 
 def build_capture(content: Any, closing: Closing, place: Place) -> Capture:
@@ -313,16 +313,16 @@ def build_capture(content: Any, closing: Closing, place: Place) -> Capture:
     return Capture(needed, section.cqi_threshold, section.center_of_mass)
 
 
-def build_aiming(content: Any, hardware: Hardware, place: Place) -> Aiming:
+def build_aiming(content: Any, equipped: Equipped, place: Place) -> Aiming:
     """Nominal aiming points: as given, or where each unit is beside the flat net, its thread taut.
 
     Raises:
         DescriptionError: where there is not one for each unit.
     """
     section = read_section(AimingSection, {} if content is None else content, place)
-    units = hardware.units
+    units = equipped.units
     if section.offsets_m is None:
-        flat = hardware.net.nodes[[unit.node for unit in units], :2].reshape(-1, 2) - hardware.center
+        flat = equipped.net.nodes[[unit.node for unit in units], :2].reshape(-1, 2) - equipped.center
         lengths = np.array([unit.thread_length_m for unit in units]).reshape(-1, 1)
         return Aiming(frozen(flat + lengths * _outward(flat)))
     here = place / "offsets_m"
@@ -335,12 +335,3 @@ def build_aiming(content: Any, hardware: Hardware, place: Place) -> Aiming:
             raise here[i].error(item, "not two numbers", allowed)
         offsets.append([finite(value, here[i][j], allowed) for j, value in enumerate(item)])
     return Aiming(frozen(np.array(offsets, float).reshape(-1, 2)))
-
-
-def unit_reach(hardware: Hardware) -> np.ndarray:
-    """Length of flat net and thread from the central node to each unit [m], shape (M,)."""
-    reach = []
-    for unit in hardware.units:
-        dx, dy = (hardware.net.nodes[unit.node, :2] - hardware.center).tolist()
-        reach.append(flat_length(dx, dy) + unit.thread_length_m)
-    return frozen(np.array(reach, float))

@@ -181,7 +181,8 @@ def _check_connected(net: FlatNet, place: Place) -> None:
 def _point_masses(content: Any, flat: FlatNet, place: Place) -> tuple[PointMass, ...]:
     if not isinstance(content, list | tuple):
         raise place.error(content, "not a list", "a list of masses, each {node, mass_kg}")
-    masses, seen = [], {}
+    masses: list[PointMass] = []
+    seen: dict[int, int] = {}
     for i, item in enumerate(content):
         if not isinstance(item, Mapping):
             raise place[i].error(item, "not a mass", "{node, mass_kg}")

@@ -4,28 +4,27 @@ from __future__ import annotations
 
 import hashlib
 import json
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
-if TYPE_CHECKING:
-    from .system import System
+from .hardware import Hardware
 
 _DIGITS = 12
 """Significant digits that count: sines and cosines differ in the last bits from one machine to another."""
 
 
-def system_digest(system: System) -> str:
+def hardware_digest(hardware: Hardware) -> str:
     """SHA-256 of everything that the hardware is made of, in hexadecimal digits.
 
     It does not depend on how the hardware is described (comments, order and defaults of entries, names, files or
     tables), nor on name, description and parameters.
     """
-    return hashlib.sha256(json.dumps(_content(system), sort_keys=True).encode()).hexdigest()
+    return hashlib.sha256(json.dumps(_content(hardware), sort_keys=True).encode()).hexdigest()
 
 
-def _content(system: System) -> dict[str, Any]:
-    net, thread, closing, debris = system.net, system.net.material, system.closing, system.debris
+def _content(hardware: Hardware) -> dict[str, Any]:
+    net, thread, closing, debris = hardware.net, hardware.net.material, hardware.closing, hardware.debris
     return {
         "net": {
             "nodes": _array(net.nodes),
@@ -45,7 +44,7 @@ def _content(system: System) -> dict[str, Any]:
                     *unit.box_m, unit.radius_m, unit.thrust_limit_n, unit.specific_impulse_s, unit.propellant_kg,
                 ),
             ]
-            for unit in system.units
+            for unit in hardware.units
         ],
         "closing": [
             closing.kind,
@@ -56,7 +55,7 @@ def _content(system: System) -> dict[str, Any]:
                 closing.winch_tension_n, closing.winch_stiffness_n_m,
             ),
         ],
-        "launch": [system.launch.kind, list(system.launch.particles), _array(system.launch.velocities)],
+        "launch": [hardware.launch.kind, list(hardware.launch.particles), _array(hardware.launch.velocities)],
         "debris": {
             "shape": [debris.shape.kind, debris.shape.digest],
             "center_of_mass": _array(debris.center_of_mass),
@@ -64,14 +63,14 @@ def _content(system: System) -> dict[str, Any]:
             "inertia": _array(debris.inertia),
             "cqi": _numbers(debris.given_volume_m3, debris.given_area_m2, debris.cqi_length_m),
         },
-        "chaser": _numbers(system.chaser.mass_kg, system.chaser.side_m),
-        "tether": _numbers(system.tether.stiffness_n_m, system.tether.damping_n_s_m),
+        "chaser": _numbers(hardware.chaser.mass_kg, hardware.chaser.side_m),
+        "tether": _numbers(hardware.tether.stiffness_n_m, hardware.tether.damping_n_s_m),
         "capture": [
-            system.capture.required_locked_pairs,
-            system.capture.center_of_mass,
-            *_numbers(system.capture.cqi_threshold),
+            hardware.capture.required_locked_pairs,
+            hardware.capture.center_of_mass,
+            *_numbers(hardware.capture.cqi_threshold),
         ],
-        "aiming": _array(system.aiming.offsets),
+        "aiming": _array(hardware.aiming.offsets),
     }  # fmt: skip
 
 

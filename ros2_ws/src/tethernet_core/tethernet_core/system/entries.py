@@ -107,7 +107,7 @@ def read_section(cls: type[T], content: Any, place: Place) -> T:
     Raises:
         DescriptionError: for an unknown or missing entry, a wrong type, a value out of range.
     """
-    kinds = entry_kinds(cls)
+    kinds = entry_kinds(typing.cast(type, cls))
     fields = {field.name: field for field in dataclasses.fields(cls)}  # type: ignore[arg-type]
     given = check_keys(content, kinds, place)
     values: dict[str, Any] = {}

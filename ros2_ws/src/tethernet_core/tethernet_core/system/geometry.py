@@ -35,7 +35,7 @@ def hull(points: np.ndarray, tolerance: float) -> list[int]:
             line.append(int(i))
         return line
 
-    lower, upper = chain(order), chain(order[::-1])
+    lower, upper = chain(order.tolist()), chain(order[::-1].tolist())
     ring = lower[:-1] + upper[:-1]
     return list(dict.fromkeys(ring))
 

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from .described_closing import (
-    Hardware,
+    Equipped,
     build_aiming,
     build_capture,
     build_closing,
@@ -170,22 +170,22 @@ def _from_content(
     place = Place(name)
     net, flat = build_net(section.net, folder, place / "net")
     units = build_units(section.units, section.unit, net, flat, place)
-    hardware = Hardware(net, flat, units, order_round_mouth(net, units))
-    closing = build_closing(section.closing, hardware, place / "closing")
-    launch = build_launch(section.launch, hardware, place / "launch")
+    equipped = Equipped(net, flat, units, order_round_mouth(net, units))
+    closing = build_closing(section.closing, equipped, place / "closing")
+    launch = build_launch(section.launch, equipped, place / "launch")
     return System(
         name=name,
         description=" ".join(section.description.split()),
         net=net,
         units=units,
-        mouth_order=hardware.mouth_order,
+        mouth_order=equipped.mouth_order,
         closing=closing,
         launch=launch,
         debris=build_debris(section.debris, folder, place / "debris"),
         chaser=read_section(Chaser, section.chaser, place / "chaser"),
         tether=read_section(Tether, section.tether, place / "tether"),
         capture=build_capture(section.capture, closing, place / "capture"),
-        aiming=build_aiming(section.aiming, hardware, place / "aiming"),
+        aiming=build_aiming(section.aiming, equipped, place / "aiming"),
         parameters=_parameters(section.parameters, place / "parameters"),
         content=_self_contained(content, name, flat),
         flat_net=flat,

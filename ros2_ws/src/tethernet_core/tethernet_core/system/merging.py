@@ -11,7 +11,7 @@ from .described_closing import CLOSING_KINDS
 from .described_net import NET_KINDS
 from .errors import Place
 
-_ONE_OF = {("net",): NET_KINDS, ("closing",): CLOSING_KINDS}
+_ONE_OF: dict[tuple[str, ...], tuple[str, ...]] = {("net",): NET_KINDS, ("closing",): CLOSING_KINDS}
 """Sections of which exactly one may be there: giving another one replaces the first."""
 
 

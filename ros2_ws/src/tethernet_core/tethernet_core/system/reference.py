@@ -37,7 +37,7 @@ def entries_table() -> str:
     for name, cls in _SECTIONS:
         rows.append(f"| **{name or 'description'}** | | | | |")
         kinds = entry_kinds(cls)
-        for field in dataclasses.fields(cls):  # type: ignore[arg-type]
+        for field in dataclasses.fields(cls):
             meta = field.metadata
             cells = (
                 f"`{field.name}`",

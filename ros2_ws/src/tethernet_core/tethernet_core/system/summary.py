@@ -3,19 +3,18 @@
 from __future__ import annotations
 
 from collections import Counter
-from typing import TYPE_CHECKING
 
-if TYPE_CHECKING:
-    from .system import System
+from .hardware import Hardware
 
 _LABEL_WIDTH = 10
 
 
-def summary_lines(system: System) -> list[str]:
+def summary_lines(system: Hardware, digest: str) -> list[str]:
     """What a system is, a line or two for each part.
 
     Args:
         system: any.
+        digest: of its hardware.
 
     Returns:
         Lines without line ends, at most about 120 characters.
@@ -31,14 +30,14 @@ def summary_lines(system: System) -> list[str]:
         ("tether", [_tether(system)]),
         ("captured", [_capture(system)]),
         ("parameters", _parameters(system)),
-        ("digest", [system.digest]),
+        ("digest", [digest]),
     ):
         for i, text in enumerate(texts):
             lines.append(f"  {label if i == 0 else '':<{_LABEL_WIDTH}} {text}")
     return lines
 
 
-def _net(system: System) -> list[str]:
+def _net(system: Hardware) -> list[str]:
     net, thread = system.net, system.net.material
     size = net.nodes.max(axis=0) - net.nodes.min(axis=0)
     springs = "" if net.own_node_count == net.node_count else f" ({net.own_node_count} of its own, threads in springs)"
@@ -54,7 +53,7 @@ def _net(system: System) -> list[str]:
     return lines
 
 
-def _units(system: System) -> list[str]:
+def _units(system: Hardware) -> list[str]:
     if not system.units:
         return ["none"]
     lines = []
@@ -71,7 +70,7 @@ def _units(system: System) -> list[str]:
     return lines
 
 
-def _closing(system: System) -> str:
+def _closing(system: Hardware) -> str:
     closing = system.closing
     if closing.kind == "docking":
         ring = "-".join(str(unit) for unit in system.closing_ring)
@@ -87,7 +86,7 @@ def _closing(system: System) -> str:
     return "none"
 
 
-def _launch(system: System) -> str:
+def _launch(system: Hardware) -> str:
     launch = system.launch
     if launch.kind == "flown":
         return "flown: the units pull the net out"
@@ -96,7 +95,7 @@ def _launch(system: System) -> str:
     return f"{len(launch.particles)} bodies ejected at {speed} m/s"
 
 
-def _debris(system: System) -> list[str]:
+def _debris(system: Hardware) -> list[str]:
     debris = system.debris
     moments = ", ".join(f"{debris.inertia[i, i]:.4g}" for i in range(3))
     return [
@@ -106,14 +105,14 @@ def _debris(system: System) -> list[str]:
     ]
 
 
-def _tether(system: System) -> str:
+def _tether(system: Hardware) -> str:
     tether = system.tether
     if tether.stiffness_n_m == 0.0 and tether.damping_n_s_m == 0.0:
         return "none"
     return f"{tether.stiffness_n_m:g} N/m, {tether.damping_n_s_m:g} N s/m when locked"
 
 
-def _capture(system: System) -> str:
+def _capture(system: Hardware) -> str:
     capture = system.capture
     counted = "units counted" if capture.center_of_mass == "all" else "of the knots alone"
     return (
@@ -122,7 +121,7 @@ def _capture(system: System) -> str:
     )
 
 
-def _parameters(system: System) -> list[str]:
+def _parameters(system: Hardware) -> list[str]:
     return [
         f"{section}.{name} = {value}" for section, values in system.parameters.items() for name, value in values.items()
     ]

@@ -33,4 +33,4 @@ _Dumper.add_representer(tuple, _sequence)
 
 def description_text(content: Mapping[str, Any]) -> str:
     """YAML text of a description."""
-    return yaml.dump(content, Dumper=_Dumper, sort_keys=False, allow_unicode=True, width=120)
+    return str(yaml.dump(content, Dumper=_Dumper, sort_keys=False, allow_unicode=True, width=120))

@@ -8,39 +8,17 @@ from typing import Any, ClassVar
 
 import yaml
 
+from ..parameters import StrictLoader
 from .errors import DescriptionError
 
 LARGEST_FILE_BYTES = 4 * 1024 * 1024
 """A description with 10,000 nodes and their threads written into it takes about 1 MiB."""
 
-_DEEPEST = 20
-"""Levels of nesting."""
 
-
-class _Loader(yaml.SafeLoader):
-    """Without aliases, which can stand for more than any memory, and without keys twice."""
+class _Loader(StrictLoader):
+    """As parameter files are read, but with the scalars of YAML 1.2."""
 
     yaml_implicit_resolvers: ClassVar[dict[str, list[tuple[str, re.Pattern[str]]]]] = {}
-    _depth = 0
-
-    def compose_node(self, parent: Any, index: Any) -> Any:
-        if self.check_event(yaml.AliasEvent):
-            raise yaml.composer.ComposerError(None, None, "aliases are not allowed", self.peek_event().start_mark)
-        self._depth += 1
-        if self._depth > _DEEPEST:
-            problem = f"nested in more than {_DEEPEST} levels"
-            raise yaml.composer.ComposerError(None, None, problem, self.peek_event().start_mark)
-        node = super().compose_node(parent, index)
-        self._depth -= 1
-        return node
-
-    def construct_mapping(self, node: Any, deep: bool = False) -> dict[Any, Any]:
-        seen = set()
-        for key in (key for key, _ in node.value if isinstance(key, yaml.ScalarNode)):
-            if key.value in seen:
-                raise yaml.constructor.ConstructorError(None, None, f"{key.value} is given twice", key.start_mark)
-            seen.add(key.value)
-        return super().construct_mapping(node, deep)
 
 
 # YAML 1.1, as the library has it, takes 7e10 for text, "no" for false and 1:30 for ninety.
