@@ -64,6 +64,8 @@ CASES = [
     ({"closing.docking.ring": [1, 5, 9]}, r"closing\.docking\.ring\[2\] = 9: no such unit; allowed: 1 to 8"),
     ({"closing.docking.ring": [1, 2, 5, 6, 4, 8, 3, 7]}, r"closing\.docking\.ring: does not go round the mouth once"),
     ({"closing.docking.ring": [1, 5, 2]}, r"closing\.docking\.ring: does not go round the mouth once"),
+    ({"closing.docking.docking_distance_m": 5.0, "net.square.mesh_m": 0.4},
+     r"docking_distance_m = 5\.0: neighbours in the ring are 4\.4 m apart in the open net; allowed: less than 4\.4 m"),
     ({"closing": {"winches": {}}}, r"closing\.winches: unknown way \(did you mean winch\?\)"),
     ({"closing": "docking"}, r"closing = 'docking': not a way to close; allowed: none, \{docking"),
     ({"units": [], "launch": {"ejected": {"bodies": [0], "speed_m_s": 1, "opening_angle_deg": 9}}},

@@ -170,6 +170,13 @@ def test_digest_of_a_net_from_a_file_is_that_of_the_same_net(tmp_path):
     assert system_from_text(system.to_yaml()) == system
 
 
+def test_length_for_the_cqi_where_the_centroid_lies_outside():
+    ball = {"kind": "sphere", "radius_m": 1.0}
+    parts = [{"shape": ball, "position_m": [0, 0, z]} for z in (-3.0, 3.0)]
+    debris = load_system("zenit_8mu", {"debris.shape": {"kind": "compound", "parts": parts}, "debris.cqi": None}).debris
+    assert debris.cqi_length_m == pytest.approx(2.0 ** (1.0 / 3.0))
+
+
 def test_numbers_of_yaml_1_2():
     system = system_from_text(OWN.replace("mass_kg: 3e3", "mass_kg: 0300"))
     assert system.debris.mass_kg == 300.0

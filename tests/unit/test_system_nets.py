@@ -28,7 +28,9 @@ def degrees(net):
 
 
 def test_square_net_of_any_size_lies_round_the_middle():
-    net = load_system("zenit_8mu", {"net.square": {"rows": 6, "columns": 9, "mesh_m": 0.25}, "units": NINE_BY_SIX}).net
+    square = {"rows": 6, "columns": 9, "mesh_m": 0.25}
+    changes = {"net.square": square, "units": NINE_BY_SIX, "closing.docking.docking_distance_m": 0.1}
+    net = load_system("zenit_8mu", changes).net
     assert net.grid == (6, 9, 0.25)
     assert net.node_count == 54
     assert net.thread_count == 6 * 8 + 5 * 9

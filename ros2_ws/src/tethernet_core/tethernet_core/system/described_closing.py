@@ -137,6 +137,7 @@ def _docking(content: Any, equipped: Equipped, place: Place) -> Closing:
             raise here[i].error(unit, "no such unit", f"1 to {count}")
     nodes = [equipped.units[unit - 1].node for unit in ring]
     _check_ring(list(ring), nodes, equipped, here, "unit", allowed)
+    _check_distance(section.docking_distance_m, nodes, equipped, place / "docking_distance_m")
     return Closing(
         kind="docking",
         ring=tuple(equipped.net.node_count + unit - 1 for unit in ring),
@@ -157,6 +158,7 @@ def _winch(content: Any, equipped: Equipped, place: Place) -> Closing:
     else:
         raise here.error(section.ring, "not a list of nodes", allowed)
     _check_ring(ring, ring, equipped, here, "node", allowed)
+    _check_distance(section.docking_distance_m, ring, equipped, place / "docking_distance_m")
     winches = _winches(section, ring, equipped, place / "winches")
     start = ring.index(winches[0])
     ring = ring[start:] + ring[:start]
@@ -225,6 +227,16 @@ def _check_ring(
             f"does not go round the mouth once: it goes {abs(times):.2g} times round the central node "
             f"{equipped.net.center_node}" + ("" if steady else ", and turns back on its way"),
             allowed,
+        )
+
+
+def _check_distance(distance: float, nodes: list[int], equipped: Equipped, place: Place) -> None:
+    """Neighbours that lock while the mouth is wide open would say nothing of a capture."""
+    flat = equipped.net.nodes[nodes]
+    nearest = float(np.sqrt(((np.roll(flat, -1, axis=0) - flat) ** 2).sum(axis=1)).min())
+    if distance >= nearest:
+        raise place.error(
+            distance, f"neighbours in the ring are {nearest:.4g} m apart in the open net", f"less than {nearest:.4g} m"
         )
 
 

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from ..shapes import Shape, ShapeError, shape_from
+from ..shapes import ShapeError, shape_from
 from .entries import finite, read_section
 from .errors import DescriptionError, Place
 from .parts import Debris, frozen
@@ -49,9 +49,9 @@ def build_debris(content: Any, folder: Path, place: Place) -> Debris:
         center_of_mass=frozen(np.array(center, float)),
         mass_kg=section.mass_kg,
         inertia=frozen(np.array(inertia, float)),
-        cqi_length_m=_depth(shape, place / "cqi" / "length_m") if quality.length_m is None else quality.length_m,
         given_volume_m3=quality.volume_m3,
         given_area_m2=quality.area_m2,
+        given_length_m=quality.length_m,
     )
 
 
@@ -82,11 +82,3 @@ def _inertia(content: Any, place: Place) -> np.ndarray:
             allowed,
         )
     return inertia
-
-
-def _depth(shape: Shape, place: Place) -> float:
-    """Distance from the centroid to the nearest surface [m]: the radius of a cylinder, as in the paper."""
-    distance, _ = shape.distance(shape.centroid)
-    if float(distance) >= 0.0:
-        raise place.problem("is missing, and the shape's centroid lies outside of it", "a length in m")
-    return -float(distance)

@@ -61,7 +61,7 @@ def _content(hardware: Hardware) -> dict[str, Any]:
             "center_of_mass": _array(debris.center_of_mass),
             "mass": _numbers(debris.mass_kg),
             "inertia": _array(debris.inertia),
-            "cqi": _numbers(debris.given_volume_m3, debris.given_area_m2, debris.cqi_length_m),
+            "cqi": _numbers(debris.given_volume_m3, debris.given_area_m2, debris.given_length_m),
         },
         "chaser": _numbers(hardware.chaser.mass_kg, hardware.chaser.side_m),
         "tether": _numbers(hardware.tether.stiffness_n_m, hardware.tether.damping_n_s_m),

@@ -239,14 +239,15 @@ class Debris:
     """[kg]."""
     inertia: np.ndarray
     """About the centre of mass, axes of the shape [kg m^2], shape (3, 3)."""
-    cqi_length_m: float
-    """L_c of the Capture Quality Index [m]."""
     given_volume_m3: float | None = None
     """V_D where the description gives it [m^3]."""
     given_area_m2: float | None = None
     """S_D where the description gives it [m^2]."""
+    given_length_m: float | None = None
+    """L_c where the description gives it [m]."""
 
-    # A compound integrates its own numerically, which takes longer than all the rest: only who needs them waits.
+    # Compounds and meshes integrate theirs or build a grid, which takes longer than all the rest of a description: only
+    # processes that need these numbers wait for them.
     @functools.cached_property
     def cqi_volume_m3(self) -> float:
         """V_D of the Capture Quality Index [m^3]: as given, or the shape's volume."""
@@ -256,6 +257,16 @@ class Debris:
     def cqi_area_m2(self) -> float:
         """S_D of the Capture Quality Index [m^2]: as given, or the area of the shape's surface."""
         return float(self.shape.area_m2) if self.given_area_m2 is None else self.given_area_m2
+
+    @functools.cached_property
+    def cqi_length_m(self) -> float:
+        """L_c of the Capture Quality Index [m]: as given, or from the shape's centroid to the nearest surface, which is
+        the radius of a cylinder, as in the paper; where the centroid lies outside, the radius of a ball of its volume.
+        """
+        if self.given_length_m is not None:
+            return self.given_length_m
+        depth = -float(self.shape.distance(self.shape.centroid)[0])
+        return depth if depth > 0.0 else float((0.75 * self.shape.volume_m3 / math.pi) ** (1.0 / 3.0))
 
 
 @dataclass(frozen=True)

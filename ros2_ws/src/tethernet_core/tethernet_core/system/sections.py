@@ -259,7 +259,12 @@ class QualitySection:
     )
     area_m2: float | None = entry("S_D", unit="m^2", low=1e-6, high=1e6, default=None, default_text="the shape's area")
     length_m: float | None = entry(
-        "L_c", unit="m", low=1e-3, high=1e3, default=None, default_text="from its centroid to the nearest surface"
+        "L_c",
+        unit="m",
+        low=1e-3,
+        high=1e3,
+        default=None,
+        default_text="from its centroid to the nearest surface; where it lies outside, radius of a ball of its volume",
     )
 
 
