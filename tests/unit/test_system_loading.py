@@ -1,12 +1,16 @@
 """Reading, changing, writing and comparing descriptions."""
 
 import pickle
+from pathlib import Path
 
 import numpy as np
 import pytest
 
-from tethernet_core.system import load_system, shipped_systems, system_from_text
+from tethernet_core.parameters import read_yaml
+from tethernet_core.system import DescriptionError, load_system, shipped_systems, system_from_text
 from tethernet_core.system.drawing import draw
+
+SOURCES = Path(__file__).parents[2] / "ros2_ws" / "src"
 
 OWN = """
 # Six units, another mesh, a box.
@@ -225,3 +229,30 @@ def test_summary_and_drawing(name, tmp_path):
     assert lines[-1].split() == ["digest", system.digest]
     picture = draw(system, tmp_path / "system.png")
     assert picture.read_bytes().startswith(b"\x89PNG")
+
+
+@pytest.mark.parametrize("name", shipped_systems())
+def test_parameters_that_shipped_systems_give_are_known(name):
+    files = {path.stem: path for path in SOURCES.glob("*/*/config/*.yaml")}
+    for section, values in load_system(name).parameters.items():
+        known = next(iter(read_yaml(files[section]).values()))
+        assert values.keys() <= known.keys()
+
+
+def test_debris_from_a_mesh_file_beside_the_description(tmp_path):
+    pytest.importorskip("tethernet_core.shapes.mesh")
+    pytest.importorskip("trimesh")
+    corners = [(x, y, z) for x in (-1, 1) for y in (-2, 2) for z in (-3, 3)]
+    sides = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
+    vertices = "".join(f"v {x} {y} {z}\n" for x, y, z in corners)
+    faces = [f"f {a + 1} {b + 1} {c + 1}\nf {a + 1} {c + 1} {d + 1}\n" for a, b, c, d in sides]
+    (tmp_path / "closed.obj").write_text(vertices + "".join(faces))
+    (tmp_path / "open.obj").write_text(vertices + "".join(faces[1:]))
+    text = "based_on: zenit_8mu\ndebris: {shape: {kind: mesh, file: FILE}, cqi: null}\n"
+    (tmp_path / "own.yaml").write_text(text.replace("FILE", "closed.obj"))
+    system = load_system(tmp_path / "own.yaml")
+    np.testing.assert_allclose(system.debris.inertia, np.diag([39000.0, 30000.0, 15000.0]), atol=1e-6)
+    assert system_from_text(system.to_yaml()) == system
+    (tmp_path / "own.yaml").write_text(text.replace("FILE", "open.obj"))
+    with pytest.raises(DescriptionError, match=r"system own: debris\.shape\.file is open: .*allowed: a closed surface"):
+        load_system(tmp_path / "own.yaml")
