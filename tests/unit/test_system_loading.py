@@ -186,6 +186,13 @@ def test_numbers_of_yaml_1_2():
     assert system.debris.mass_kg == 300.0
 
 
+def test_text_that_looks_like_a_number_stays_text():
+    system = load_system("zenit_8mu", {"name": "1e3", "description": "no", "chaser.mass_kg": 1e-1})
+    again = system_from_text(system.to_yaml())
+    assert (again.name, again.description, again.chaser.mass_kg) == ("1e3", "no", 0.1)
+    assert again == system
+
+
 def test_parameters_go_with_the_system():
     system = load_system("passive_5m", {"parameters.mission.give_up_s": 5.0})
     assert system.parameters["mission"]["give_up_s"] == 5.0

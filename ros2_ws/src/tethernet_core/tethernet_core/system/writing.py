@@ -7,9 +7,15 @@ from typing import Any
 
 import yaml
 
+from .yaml_text import DescriptionLoader
+
 
 class _Dumper(yaml.SafeDumper):
     """Tables as blocks, short lists in a line, numbers to the last bit."""
+
+
+# What is plain text to the one must be to the other.
+_Dumper.yaml_implicit_resolvers = DescriptionLoader.yaml_implicit_resolvers
 
 
 def _text(dumper: yaml.SafeDumper, text: str) -> yaml.Node:
@@ -20,7 +26,7 @@ def _float(dumper: yaml.SafeDumper, value: float) -> yaml.Node:
     return dumper.represent_scalar("tag:yaml.org,2002:float", repr(value))
 
 
-def _sequence(dumper: yaml.SafeDumper, items: list[Any]) -> yaml.Node:
+def _sequence(dumper: yaml.SafeDumper, items: list[Any] | tuple[Any, ...]) -> yaml.Node:
     flat = all(not isinstance(item, list | dict) for item in items)
     return dumper.represent_sequence("tag:yaml.org,2002:seq", items, flow_style=flat)
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import Any
 
 import yaml
 
@@ -15,12 +15,11 @@ LARGEST_FILE_BYTES = 4 * 1024 * 1024
 """A description with 10,000 nodes and their threads written into it takes about 1 MiB."""
 
 
-class _Loader(StrictLoader):
+class DescriptionLoader(StrictLoader):
     """As parameter files are read, but with the scalars of YAML 1.2."""
 
-    yaml_implicit_resolvers: ClassVar[dict[str, list[tuple[str, re.Pattern[str]]]]] = {}
 
-
+DescriptionLoader.yaml_implicit_resolvers = {}
 # YAML 1.1, as the library has it, takes 7e10 for text, "no" for false and 1:30 for ninety.
 for _tag, _pattern, _first in (
     ("bool", r"^(?:true|True|TRUE|false|False|FALSE)$", "tTfF"),
@@ -32,7 +31,7 @@ for _tag, _pattern, _first in (
     ),
     ("null", r"^(?:~|null|Null|NULL|)$", ["~", "n", "N", ""]),
 ):
-    _Loader.add_implicit_resolver(f"tag:yaml.org,2002:{_tag}", re.compile(_pattern), list(_first))
+    DescriptionLoader.add_implicit_resolver(f"tag:yaml.org,2002:{_tag}", re.compile(_pattern), list(_first))
 
 
 def _construct_int(loader: yaml.SafeLoader, node: Any) -> int:
@@ -40,11 +39,11 @@ def _construct_int(loader: yaml.SafeLoader, node: Any) -> int:
 
 
 def _construct_float(loader: yaml.SafeLoader, node: Any) -> float:
-    return float(str(loader.construct_scalar(node)).replace(".inf", "inf").replace(".nan", "nan"))
+    return float(str(loader.construct_scalar(node)).lower().replace(".inf", "inf").replace(".nan", "nan"))
 
 
-_Loader.add_constructor("tag:yaml.org,2002:int", _construct_int)
-_Loader.add_constructor("tag:yaml.org,2002:float", _construct_float)
+DescriptionLoader.add_constructor("tag:yaml.org,2002:int", _construct_int)
+DescriptionLoader.add_constructor("tag:yaml.org,2002:float", _construct_float)
 
 
 def read_mapping(path: Path) -> dict[str, Any]:
@@ -81,7 +80,7 @@ def parse_mapping(data: bytes | str, source: str) -> dict[str, Any]:
     """
     try:
         text = data.decode("utf-8-sig") if isinstance(data, bytes) else data
-        content = yaml.load(text, _Loader)
+        content = yaml.load(text, DescriptionLoader)
     except (yaml.YAMLError, ValueError) as error:  # a number of five thousand digits, bytes that are no text
         raise DescriptionError(f"{source} is not YAML: {' '.join(str(error).split())}") from error
     if not isinstance(content, dict):
