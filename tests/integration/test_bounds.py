@@ -11,10 +11,10 @@ import pytest
 _FLY = """
 import numba, numpy as np
 from tethernet_sim.fly import fly
-from tethernet_sim.kernels.options import leaf
+from tethernet_sim.kernels.options import inlined
 from tethernet_sim.scenario import Scenario
 
-@leaf
+@inlined
 def beside(values):
     return values[len(values)]
 

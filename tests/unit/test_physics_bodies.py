@@ -56,7 +56,7 @@ def test_the_cheap_step_is_the_exact_drift():
     cheap[:] = exact
     matrix, other = np.eye(3), np.eye(3)
     for _ in range(8000):
-        rigid_body.creep(cheap, other, 9e4, 1.7e4, 1.25e-4)
+        rigid_body.small_rotation_step(cheap, other, 9e4, 1.7e4, 1.25e-4)
     rigid_body.drift_body(exact, matrix, 9e4, 1.7e4, 1.0)
     assert np.allclose(cheap, exact, atol=1e-11)
     assert np.allclose(other, matrix, atol=1e-11)

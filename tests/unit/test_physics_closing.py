@@ -6,9 +6,6 @@ import numpy as np
 import pytest
 
 from tests.physics import make_world
-from tethernet_core import layout
-from tethernet_sim.model import KNOTS, build_model
-from tethernet_sim.state import CHASER
 
 STILL = np.zeros((1, 4, 3))
 
@@ -132,16 +129,3 @@ def test_a_joint_pulls_along_its_line_only():
     world.advance(np.zeros((1, 8, 3)))
     assert state.mu_vel[0, 0, 0] > 0.0, "its damper works"
     assert state.mu_vel[0, 4, 1:].tolist() == [0.3, -0.1], "and not across"
-
-
-def test_more_mus_than_the_kernels_have_room_for_are_refused(monkeypatch):
-    world = make_world(8)
-    many = layout.DESIGNS[8].__class__(**{**layout.DESIGNS[8].__dict__, "mu_count": 16})
-    monkeypatch.setitem(layout.DESIGNS, 16, many)
-    from tethernet_core.parameters import load
-    from tethernet_core.settings import MissionParameters
-
-    with pytest.raises(ValueError, match="room for 15"):
-        build_model(16, world.physics, load(MissionParameters))
-    assert KNOTS + 15 == 544
-    assert CHASER == 1

@@ -8,6 +8,7 @@ from scipy.spatial.transform import Rotation
 
 from tests.physics import coast, make_world
 from tethernet_sim.kernels import contact
+from tethernet_sim.kernels.rows import row_width
 from tethernet_sim.model import KNOTS
 
 N = make_world(8).model.numbers
@@ -18,7 +19,7 @@ DAMPING = make_world(4).model.arrays.contact_damping
 
 def push(position, velocity, bristle=(0.0, 0.0, 0.0), rate=(0.0, 0.0, 0.0)):
     """Force on one knot near a debris at the origin with identity attitude; None when it does not touch."""
-    work = np.zeros((contact.ROWS, contact.ROOM))
+    work = np.zeros((contact.ROWS, contact.BLOCK))
     work[:9, 0] = *position, *velocity, *bristle
     work[12:, 0] = N.knot_radius, DAMPING[INTERIOR]
     debris = np.zeros(13)
@@ -160,7 +161,7 @@ def law_of_one(position, velocity, bristle, size, damping, debris, matrix, rate)
 
 def test_all_contacts_at_once_equal_the_law_of_each_particle():
     random = np.random.default_rng(5)
-    count, mus, room = 90, 4, contact.ROOM
+    count, mus, room = 90, 4, contact.BLOCK
     debris = np.zeros(13)
     debris[:6] = random.normal(size=6)
     attitude = Rotation.random(random_state=1)
@@ -180,7 +181,7 @@ def test_all_contacts_at_once_equal_the_law_of_each_particle():
     knot_pos, knot_vel = np.zeros((3, room)), np.zeros((3, room))
     knot_pos[:, :count], knot_vel[:, :count] = position[:count].T, velocity[:count].T
     near = np.concatenate([np.arange(count), KNOTS + np.arange(mus)]).astype(np.uint32)
-    held, touching, work = np.zeros((3, room)), np.zeros(room + 1, np.uint32), np.zeros(contact.ROWS * room)
+    held, touching, work = np.zeros((3, room)), np.zeros(room, np.uint32), np.zeros(contact.ROWS * room)
     held[:, : count + mus] = bristles.T
     knots, found = contact.find_touching(
         knot_pos, position[count:], debris, matrix, N, near, count, count + mus, held, np.zeros(room), touching
@@ -191,7 +192,7 @@ def test_all_contacts_at_once_equal_the_law_of_each_particle():
     )  # fmt: skip
     force, torque, mu_force = np.zeros(3), np.zeros(3), np.zeros((mus, 3))
     touched = contact.contact_forces(work, filled, debris, matrix, rate, N, force, torque)
-    contact.react(near, held, touching, knots, found, work, np.full(count, 0.1), knot_vel, mu_force)
+    contact.react(near, held, touching, knots, found, work, np.full(count, 0.1), KNOTS, knot_vel, mu_force)
 
     size = np.where(np.arange(count + mus) < count, N.knot_radius, N.mu_radius)
     damping = np.concatenate([DAMPING[:count], DAMPING[KNOTS:]])
@@ -213,8 +214,8 @@ def test_the_search_lists_all_that_may_touch():
     mu_pos = np.array([[0.0, 0.0, N.debris_half_length + 0.1], [50.0, 0.0, 0.0]])
     debris = np.zeros(13)
     debris[9] = 1.0
-    room = contact.ROOM
-    near, flags = np.zeros(room + 1, np.uint32), np.zeros(room, np.uint8)
+    room = row_width(529, 2)
+    near, flags = np.zeros(room, np.uint32), np.zeros(room, np.uint8)
     squared, margin = np.zeros(room), 5.0 * contact.NEAR_STEPS * N.time_step
     knots, count, steps = contact.find_candidates(
         knot_pos, mu_pos, debris, np.eye(3), N, 5.0, near, squared, squared.view(np.uint64), np.zeros(room),
@@ -233,10 +234,10 @@ def test_the_search_lists_all_that_may_touch():
 def test_a_far_net_is_searched_seldom():
     debris = np.zeros(13)
     debris[9] = 1.0
-    room = contact.ROOM
+    room = row_width(529, 2)
     flags, squared = np.zeros(room, np.uint8), np.zeros(room)
     found = contact.find_candidates(
-        np.full((3, 529), 20.0), np.full((8, 3), 20.0), debris, np.eye(3), N, 5.0, np.zeros(room + 1, np.uint32),
+        np.full((3, 529), 20.0), np.full((8, 3), 20.0), debris, np.eye(3), N, 5.0, np.zeros(room, np.uint32),
         squared, squared.view(np.uint64), np.zeros(room), flags, flags.view(np.uint64), np.zeros(room, np.uint32),
     )  # fmt: skip
     assert found == (0, 0, contact.FAR_STEPS)

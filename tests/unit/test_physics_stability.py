@@ -37,16 +37,19 @@ def test_the_limit_of_one_mass_is_where_it_begins_to_diverge(damping):
 
 
 def test_the_bound_of_the_whole_net_is_its_largest_eigenvalue():
-    model = make_world(8).model
-    mass, n = model.arrays.knot_mass, model.numbers
+    world = make_world(8)
+    model, physics = world.model, world.physics
+    mass, stiffness, damping = (
+        model.arrays.knot_mass, physics.thread_stiffness_n_m, physics.thread_damping_n_s_m,
+    )  # fmt: skip
     matrix = np.zeros((529, 529))
     index = np.arange(529).reshape(23, 23)
     for a, b in [*zip(index[:, :-1].flat, index[:, 1:].flat), *zip(index[:-1].flat, index[1:].flat)]:  # noqa: B905
         matrix[[a, b], [a, b]] += 1.0
         matrix[[a, b], [b, a]] -= 1.0
     top = np.linalg.eigvalsh(matrix / np.sqrt(mass[:, None] * mass))[-1]
-    exact = 4.0 / (n.damping * top + math.sqrt((n.damping * top) ** 2 + 4.0 * n.stiffness * top))
-    bound = net_springs(mass, n.stiffness, n.damping).largest_step()
+    exact = 4.0 / (damping * top + math.sqrt((damping * top) ** 2 + 4.0 * stiffness * top))
+    bound = net_springs(model).largest_step()
     assert bound <= exact * (1.0 + 1e-12)
     assert bound == pytest.approx(exact, rel=1e-3)
 
@@ -55,7 +58,7 @@ def collapsed(step: float) -> float:
     """How far the middle of a net whose taut threads all lie along one line is from there after 9 steps, for a ripple
     of a micrometre at the start [m]."""
     world = make_world(4, debris=(0.0, 0.0, -200.0))
-    world.model = world.model._replace(
+    world.model = world.engine.model = world.model._replace(
         numbers=world.model.numbers._replace(time_step=step),
         arrays=world.model.arrays._replace(kick=step / world.model.arrays.knot_mass),
     )

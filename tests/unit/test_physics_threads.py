@@ -22,7 +22,7 @@ def one_thread(damping_ratio: float, speed: float):
     state = world.state
     state.knot_pos[0] = np.array([0.0, 0.0, -1.5])[:, None]
     state.mu_pos[0] = (0.0, 0.0, -1.5)
-    mesh = world.model.numbers.mesh
+    mesh = world.physics.mesh_m
     state.knot_pos[0, 0, 0] = -mesh
     state.knot_pos[0, 0, 23] = -0.5 * mesh  # the corner's other neighbour stays near enough to be slack
     state.knot_vel[0, 0, 0] = -speed
@@ -33,7 +33,7 @@ def one_thread(damping_ratio: float, speed: float):
 def taut_phase(world) -> tuple[float, float, float]:
     """Follow the thread until it is slack again: duration [s], largest stretch [m], relative speed at the end [m/s]."""
     zero = np.zeros((1, 4, 3))
-    state, mesh = world.state, world.model.numbers.mesh
+    state, mesh = world.state, world.physics.mesh_m
     largest = 0.0
     for step in range(1, 2000):
         world.advance(zero)
@@ -93,10 +93,11 @@ def test_a_thread_never_pushes():
 
 def test_a_damper_does_not_push_while_a_stretched_thread_shortens_fast():
     world = one_thread(0.106, 0.0)
-    state, numbers = world.state, world.model.numbers
+    state, physics = world.state, world.physics
     stretch = 1e-5
     state.knot_pos[0, 0, 0] -= stretch
-    state.knot_vel[0, 0, 0] = 2.0 * numbers.stiffness * stretch / numbers.damping  # k x + c v < 0
+    # k x + c v < 0
+    state.knot_vel[0, 0, 0] = 2.0 * physics.thread_stiffness_n_m * stretch / physics.thread_damping_n_s_m
     before = state.knot_vel[0, 0, :2].copy()
     world.advance(np.zeros((1, 4, 3)))
     assert np.array_equal(state.knot_vel[0, 0, :2], before)
@@ -126,7 +127,8 @@ def test_sparse_and_dense_evaluation_follow_the_same_law(taut_threads):
     along = position[ends[:, 1]] - position[ends[:, 0]]
     length = np.linalg.norm(along, axis=1)
     rate = np.einsum("tx,tx->t", velocity[ends[:, 1]] - velocity[ends[:, 0]], along) / length
-    tension = np.where(length > 1.0, np.maximum(numbers.stiffness * (length - 1.0) + numbers.damping * rate, 0.0), 0.0)
+    stiffness, damping = world.physics.thread_stiffness_n_m, world.physics.thread_damping_n_s_m
+    tension = np.where(length > 1.0, np.maximum(stiffness * (length - 1.0) + damping * rate, 0.0), 0.0)
     assert (np.count_nonzero(tension) < 160) == (taut_threads == "few")
     force = np.zeros_like(position)
     np.add.at(force, ends[:, 0], (tension / length)[:, None] * along)

@@ -5,17 +5,17 @@ from __future__ import annotations
 import numpy as np
 
 from tethernet_core.rotation import inverse, rotate
-from tethernet_sim.model import KNOTS, Model
+from tethernet_sim.model import Model
 from tethernet_sim.state import ATTITUDE, CHASER, DEBRIS, MOMENTUM, POSITION, VELOCITY, State
 
 
 def particle_masses(model: Model) -> np.ndarray:
-    """Masses of all particles, knots then MUs [kg], shape (529 + M,)."""
-    return np.concatenate([model.arrays.knot_mass, np.full(len(model.arrays.mu_knot), model.numbers.mu_mass)])
+    """Masses of all particles, knots then MUs [kg], shape (N + M,)."""
+    return np.concatenate([model.arrays.knot_mass, model.arrays.mu_mass])
 
 
 def particles(state: State) -> tuple[np.ndarray, np.ndarray]:
-    """Positions [m] and velocities [m/s] of all particles, each of shape (B, 529 + M, 3)."""
+    """Positions [m] and velocities [m/s] of all particles, each of shape (B, N + M, 3)."""
     position = np.concatenate([state.knot_pos.transpose(0, 2, 1), state.mu_pos], axis=1)
     velocity = np.concatenate([state.knot_vel.transpose(0, 2, 1), state.mu_vel], axis=1)
     return position, velocity
@@ -40,12 +40,11 @@ def angular_momentum(model: Model, state: State) -> np.ndarray:
 
 
 def thread_lengths(model: Model, state: State) -> tuple[np.ndarray, np.ndarray]:
-    """Lengths of the net's threads, shape (B, 1012), and of the MU threads, shape (B, M) [m]."""
-    grid = state.knot_pos.reshape(state.batch, 3, 23, 23)
-    along_rows = np.linalg.norm(np.diff(grid, axis=3), axis=1).reshape(state.batch, -1)
-    along_columns = np.linalg.norm(np.diff(grid, axis=2), axis=1).reshape(state.batch, -1)
+    """Lengths of the net's threads, shape (B, T), and of the MU threads, shape (B, M) [m]."""
+    threads = model.arrays.threads
+    net = np.linalg.norm(state.knot_pos[:, :, threads[:, 1]] - state.knot_pos[:, :, threads[:, 0]], axis=1)
     ends = state.knot_pos[:, :, model.arrays.mu_knot].transpose(0, 2, 1)
-    return np.concatenate([along_rows, along_columns], axis=1), np.linalg.norm(state.mu_pos - ends, axis=2)
+    return net, np.linalg.norm(state.mu_pos - ends, axis=2)
 
 
 def kinetic_energy(model: Model, state: State) -> np.ndarray:
@@ -69,20 +68,24 @@ def elastic_energy(model: Model, state: State) -> np.ndarray:
     """Energy in threads, tether, winches' threads, joints, contacts (normal and friction springs) [J], shape (B,)."""
     from tethernet_sim.kernels.contact import surface
 
-    mesh, mu = thread_lengths(model, state)
-    total = 0.5 * model.numbers.stiffness * np.sum(np.maximum(mesh - model.numbers.mesh, 0.0) ** 2, axis=1)
-    total = total + 0.5 * model.numbers.stiffness * np.sum(np.maximum(mu - model.arrays.mu_thread, 0.0) ** 2, axis=1)
+    net, mu = thread_lengths(model, state)
+    arrays = model.arrays
+    total = 0.5 * np.sum(arrays.stiffness * np.maximum(net - arrays.rest, 0.0) ** 2, axis=1)
+    total = total + 0.5 * np.sum(arrays.mu_stiffness * np.maximum(mu - arrays.mu_thread, 0.0) ** 2, axis=1)
     position, _ = particles(state)
     for b in range(state.batch):
         if state.closing[b]:
-            chaser = state.bodies[b, CHASER]
-            anchor = chaser[POSITION] + rotate(chaser[ATTITUDE], np.array([0.0, 0.0, model.numbers.tether_anchor]))
-            stretch = np.linalg.norm(anchor - position[b, KNOTS // 2]) - state.tether_length[b]
-            total[b] += 0.5 * model.numbers.tether_stiffness * max(stretch, 0.0) ** 2
+            if model.numbers.center_node >= 0:
+                chaser = state.bodies[b, CHASER]
+                anchor = chaser[POSITION] + rotate(chaser[ATTITUDE], np.array([0.0, 0.0, model.numbers.tether_anchor]))
+                stretch = np.linalg.norm(anchor - position[b, model.numbers.center_node]) - state.tether_length[b]
+                total[b] += 0.5 * model.numbers.tether_stiffness * max(stretch, 0.0) ** 2
             gaps = np.linalg.norm(position[b, model.arrays.pairs[:, 1]] - position[b, model.arrays.pairs[:, 0]], axis=1)
             held = np.maximum(gaps - state.pair_length[b], 0.0)
             if model.winch_threads:
-                free = np.where(state.locked[b], 0.0, gaps).reshape(model.winch_threads, -1).sum(axis=1)
+                on_winch = arrays.pair_winch >= 0
+                free = np.where(state.locked[b], 0.0, gaps)[on_winch]
+                free = np.bincount(arrays.pair_winch[on_winch], free, model.winch_threads)
                 drawn = np.maximum(free - state.winch_length[b], 0.0)
                 total[b] += 0.5 * model.numbers.winch_stiffness * np.sum(drawn**2)
             total[b] += 0.5 * model.numbers.joint_stiffness * np.sum(held[state.locked[b]] ** 2)
@@ -92,7 +95,7 @@ def elastic_energy(model: Model, state: State) -> np.ndarray:
             np.linalg.norm(local, axis=1) < model.numbers.debris_radius + model.numbers.debris_half_length + 1.0
         )
         for i in near:
-            size = model.numbers.knot_radius if i < KNOTS else model.numbers.mu_radius
+            size = model.numbers.knot_radius if i < model.numbers.knots else model.numbers.mu_radius
             depth = size - surface(*local[i], model.numbers.debris_radius, model.numbers.debris_half_length)[0]
             if depth > 0.0:
                 total[b] += 0.5 * model.numbers.contact_stiffness * (depth**2 + np.sum(state.bristle[b, i] ** 2))

@@ -12,8 +12,6 @@ from tethernet_sim.settings import PhysicsParameters
 
 KNOTS = KNOT_ROWS * KNOT_ROWS
 CENTRAL_KNOT = KNOTS // 2
-PARTICLE_ROOM = 544
-"""Room for all knots and MUs in the kernels' work space, in whole cache lines."""
 CLOSING_NODES_PER_SIDE = (0, 7, 15)
 """Closing nodes of the 4-MU design on each side, counted from one corner; the next corner starts the next side [A; 12
 is P].
@@ -23,11 +21,9 @@ is P].
 class Numbers(NamedTuple):
     """The scalar constants. Apart from the arrays, because numba counts references of every array at every call."""
 
+    knots: int  # nodes of the net, N
+    center_node: int  # node that the main tether hangs on; -1 where there is no tether
     time_step: float  # [s]
-    mesh: float  # rest length of a thread between knots [m]
-    stiffness: float  # of every thread, MU threads included [N/m]
-    damping: float  # of every thread [N s/m]
-    mu_mass: float  # [kg]
     debris_mass: float  # [kg]
     debris_across: float  # moment of inertia across the cylinder's axis [kg m^2]
     debris_along: float  # along it [kg m^2]
@@ -49,20 +45,30 @@ class Numbers(NamedTuple):
     joint_draw_in: float  # [m/s]; 0 where knots are locked
     joint_pull: float  # largest force of the motor that draws a joint in [N]
     docking_distance: float  # [m]
-    coupling_stiffness: float  # of an external MU's stand-in [N/m]
-    coupling_damping: float  # [N s/m]
 
 
 class Arrays(NamedTuple):
-    """The constant arrays. Particles are knots, row by row, then MUs."""
+    """The constant arrays. Particles are the net's N nodes (knots), then the M MUs."""
 
-    knot_mass: np.ndarray  # (529,) half of each thread that ends there [kg]
-    kick: np.ndarray  # (529,) velocity per force in one step: time step / mass [s/kg]
+    knot_mass: np.ndarray  # (N,) half of each thread that ends there, and what is fixed to it [kg]
+    kick: np.ndarray  # (N,) velocity per force in one step: time step / mass [s/kg]
+    threads: np.ndarray  # (T, 2) nodes at the ends of each thread
+    rest: np.ndarray  # (T,) rest length of each thread [m]
+    stiffness: np.ndarray  # (T,) of each thread [N/m]
+    damping: np.ndarray  # (T,) of each thread [N s/m]
+    mu_mass: np.ndarray  # (M,) [kg]
+    mu_inverse_mass: np.ndarray  # (M,) [1/kg]
     mu_knot: np.ndarray  # (M,) knot that MU m hangs on
     mu_thread: np.ndarray  # (M,) rest length of its thread [m]
+    mu_stiffness: np.ndarray  # (M,) of its thread [N/m]
+    mu_damping: np.ndarray  # (M,) of its thread [N s/m]
+    coupling_stiffness: np.ndarray  # (M,) of an external MU's stand-in [N/m]
+    coupling_damping: np.ndarray  # (M,) [N s/m]
     pairs: np.ndarray  # (R, 2) closing pairs: particles, in their order round the mouth
+    pair_winch: np.ndarray  # (R,) winch's thread that each pair is a segment of; -1 for a pair that docks
+    winch_begin: np.ndarray  # (S + 1,) first pair of each winch's thread, and the end of the last thread
     joint_damping: np.ndarray  # (R,) of each pair's joint [N s/m]
-    contact_damping: np.ndarray  # (529 + M,) of each particle's contact [N s/m]
+    contact_damping: np.ndarray  # (N + M,) of each particle's contact [N s/m]
 
 
 class Model(NamedTuple):
@@ -70,8 +76,21 @@ class Model(NamedTuple):
 
     numbers: Numbers
     arrays: Arrays
-    winch_threads: int
-    """Closing threads, one along each side between the winches at its ends; 0 where MUs dock."""
+    grid: tuple[int, int] | None
+    """Rows and columns of a rectangular net whose nodes are numbered row by row; None for any other."""
+
+    @property
+    def winch_threads(self) -> int:
+        """Closing threads between winches, S; 0 where MUs dock."""
+        return len(self.arrays.winch_begin) - 1
+
+
+def grid_threads(rows: int, columns: int) -> np.ndarray:
+    """Ends of the threads of a rectangular net, those along rows first, shape (T, 2)."""
+    index = np.arange(rows * columns).reshape(rows, columns)
+    along_rows = np.stack([index[:, :-1].ravel(), index[:, 1:].ravel()], axis=1)
+    along_columns = np.stack([index[:-1].ravel(), index[1:].ravel()], axis=1)
+    return np.concatenate([along_rows, along_columns])
 
 
 def closing_nodes() -> list[int]:
@@ -104,27 +123,24 @@ def build_model(mu_count: int, physics: PhysicsParameters, mission: MissionParam
         mission: gives the docking distance.
 
     Raises:
-        ValueError: for an unknown design, or one with more MUs than the kernels have room for.
+        ValueError: for an unknown design.
     """
     layout = design(mu_count)
-    if KNOTS + mu_count > PARTICLE_ROOM:
-        raise ValueError(f"{mu_count} MUs: the kernels have room for {PARTICLE_ROOM - KNOTS}")
     mass = knot_masses(physics)
-    mu = physics.mu_mass_kg
+    mu = np.full(mu_count, physics.mu_mass_kg)
+    threads = grid_threads(KNOT_ROWS, KNOT_ROWS)
     if layout.closes_by_docking:
         ring = [KNOTS + mu_number - 1 for mu_number in layout.closing_ring]
     else:
         ring = closing_nodes()
     pairs = np.array(list(zip(ring, ring[1:] + ring[:1], strict=True)))
-    all_masses = np.concatenate([mass, np.full(mu_count, mu)])
+    all_masses = np.concatenate([mass, mu])
     first, second = all_masses[pairs[:, 0]], all_masses[pairs[:, 1]]
     docks = layout.closes_by_docking
     numbers = Numbers(
+        knots=KNOTS,
+        center_node=CENTRAL_KNOT,
         time_step=physics.time_step_s,
-        mesh=physics.mesh_m,
-        stiffness=physics.thread_stiffness_n_m,
-        damping=physics.thread_damping_n_s_m,
-        mu_mass=mu,
         debris_mass=physics.debris_mass_kg,
         debris_across=physics.debris_mass_kg * (3.0 * physics.debris_radius_m**2 + physics.debris_length_m**2) / 12.0,
         debris_along=0.5 * physics.debris_mass_kg * physics.debris_radius_m**2,
@@ -146,20 +162,32 @@ def build_model(mu_count: int, physics: PhysicsParameters, mission: MissionParam
         joint_draw_in=physics.joint_draw_in_m_s if docks else 0.0,
         joint_pull=physics.joint_pull_n,
         docking_distance=mission.docking_distance_m,
-        coupling_stiffness=mu * physics.external_coupling_rad_s**2,
-        coupling_damping=2.0 * mu * physics.external_coupling_rad_s,
     )
+    winches = 0 if docks else len(pairs) // len(CLOSING_NODES_PER_SIDE)
+    segments = len(CLOSING_NODES_PER_SIDE)
     arrays = Arrays(
         knot_mass=mass,
         kick=physics.time_step_s / mass,
+        threads=threads,
+        rest=np.full(len(threads), physics.mesh_m),
+        stiffness=np.full(len(threads), physics.thread_stiffness_n_m),
+        damping=np.full(len(threads), physics.thread_damping_n_s_m),
+        mu_mass=mu,
+        mu_inverse_mass=1.0 / mu,
         mu_knot=np.array([row * KNOT_ROWS + column for row, column in layout.knots]),
         mu_thread=np.array(layout.thread_lengths),
+        mu_stiffness=np.full(mu_count, physics.thread_stiffness_n_m),
+        mu_damping=np.full(mu_count, physics.thread_damping_n_s_m),
+        coupling_stiffness=mu * physics.external_coupling_rad_s**2,
+        coupling_damping=2.0 * mu * physics.external_coupling_rad_s,
         pairs=pairs,
+        pair_winch=np.full(len(pairs), -1) if docks else np.arange(len(pairs)) // segments,
+        winch_begin=segments * np.arange(winches + 1),
         joint_damping=physics.joint_damping_ratio
         * _critical(physics.joint_stiffness_n_m, first * second / (first + second)),
         contact_damping=physics.contact_damping_ratio * _critical(physics.contact_stiffness_n_m, all_masses),
     )
-    return Model(numbers, arrays, 0 if docks else len(pairs) // len(CLOSING_NODES_PER_SIDE))
+    return Model(numbers, arrays, (KNOT_ROWS, KNOT_ROWS))
 
 
 def _critical(stiffness: float, mass):

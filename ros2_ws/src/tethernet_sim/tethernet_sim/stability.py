@@ -18,7 +18,7 @@ import math
 
 import numpy as np
 
-from tethernet_core.layout import DESIGNS, KNOT_ROWS
+from tethernet_core.layout import DESIGNS
 from tethernet_core.parameters import load
 from tethernet_core.settings import MissionParameters
 from tethernet_sim.model import Model, build_model
@@ -75,21 +75,6 @@ class Springs:
         return bound
 
 
-def net_springs(masses: np.ndarray, stiffness: float, damping: float) -> Springs:
-    """All threads of the net, the knots first among the particles.
-
-    Args:
-        masses: of all particles [kg].
-        stiffness: of a thread [N/m].
-        damping: of a thread [N s/m].
-    """
-    springs = Springs(masses)
-    index = np.arange(KNOT_ROWS * KNOT_ROWS).reshape(KNOT_ROWS, KNOT_ROWS)
-    springs.between(index[:, :-1].ravel(), index[:, 1:].ravel(), stiffness, damping)
-    springs.between(index[:-1].ravel(), index[1:].ravel(), stiffness, damping)
-    return springs
-
-
 @functools.cache
 def largest_step_of(physics: PhysicsParameters) -> float:
     """The largest time step that is stable for every design [s]; the parameters' own step is not looked at."""
@@ -100,20 +85,26 @@ def largest_step_of(physics: PhysicsParameters) -> float:
 def largest_step(model: Model) -> float:
     """The largest stable time step of a model [s]; its own step is not looked at."""
     n, arrays = model.numbers, model.arrays
-    knots, mus = len(arrays.knot_mass), len(arrays.mu_knot)
-    masses = np.concatenate([arrays.knot_mass, np.full(mus, n.mu_mass)])
-    springs = net_springs(masses, n.stiffness, n.damping)
-    springs.between(arrays.mu_knot, knots + np.arange(mus), n.stiffness, n.damping)
+    knots, mus = n.knots, len(arrays.mu_knot)
+    springs = net_springs(model)
+    springs.between(arrays.mu_knot, knots + np.arange(mus), arrays.mu_stiffness, arrays.mu_damping)
     springs.to_ground(n.contact_stiffness, arrays.contact_damping)
     # The main tether is held by the chaser, the stand-ins of external MUs by their targets.
     held = np.zeros((2, knots + mus))
-    held[:, knots // 2] = n.tether_stiffness, n.tether_damping
-    held[:, knots:] = np.array([[n.coupling_stiffness], [n.coupling_damping]])
+    if n.center_node >= 0:
+        held[:, n.center_node] = n.tether_stiffness, n.tether_damping
+    held[:, knots:] = arrays.coupling_stiffness, arrays.coupling_damping
     springs.to_ground(*held)
-    first, second = arrays.pairs[:, 0], arrays.pairs[:, 1]
-    stiffness, damping = np.full(len(first), n.joint_stiffness), arrays.joint_damping
-    if model.winch_threads:
-        # A pair is locked or part of a thread. One tension in s segments is at most as stiff as s times that in each.
-        stiffness = np.maximum(stiffness, len(first) // model.winch_threads * n.winch_stiffness)
-    springs.between(first, second, stiffness, damping)
+    # A pair is locked or part of a thread. One tension in s segments is at most as stiff as s times that in each.
+    segments = np.append(np.diff(arrays.winch_begin), 0)[arrays.pair_winch]
+    stiffness = np.maximum(n.joint_stiffness, segments * n.winch_stiffness)
+    springs.between(arrays.pairs[:, 0], arrays.pairs[:, 1], stiffness, arrays.joint_damping)
     return springs.largest_step()
+
+
+def net_springs(model: Model) -> Springs:
+    """All threads of the net, between all particles of the model."""
+    arrays = model.arrays
+    springs = Springs(np.concatenate([arrays.knot_mass, arrays.mu_mass]))
+    springs.between(arrays.threads[:, 0], arrays.threads[:, 1], arrays.stiffness, arrays.damping)
+    return springs

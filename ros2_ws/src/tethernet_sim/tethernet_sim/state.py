@@ -18,11 +18,11 @@ POSITION, VELOCITY, ATTITUDE, MOMENTUM = slice(0, 3), slice(3, 6), slice(6, 10),
 
 @dataclass
 class State:
-    """State of B scenarios, frame launch. Particles are the 529 knots, then the M MUs."""
+    """State of B scenarios, frame launch. Particles are the net's N knots, then the M MUs."""
 
-    knot_pos: np.ndarray  # (B, 3, 529)
+    knot_pos: np.ndarray  # (B, 3, N)
     """Knot positions [m], one contiguous row per coordinate, so that the thread forces vectorise."""
-    knot_vel: np.ndarray  # (B, 3, 529)
+    knot_vel: np.ndarray  # (B, 3, N)
     """Knot velocities [m/s]."""
     mu_pos: np.ndarray  # (B, M, 3)
     """MU positions [m]."""
@@ -32,7 +32,7 @@ class State:
     """Debris and chaser: position [m], velocity [m/s], attitude (x y z w, body to launch), angular momentum about the
     centre of mass [N m s].
     """
-    bristle: np.ndarray  # (B, 529 + M, 3)
+    bristle: np.ndarray  # (B, N + M, 3)
     """Tangential displacement of each particle's contact since it stuck, debris body frame [m]."""
     closing: np.ndarray  # (B,) bool
     """Closing has begun: tether locked, winches on, docking enabled."""

@@ -9,9 +9,8 @@ import numpy as np
 from tethernet_core.bounds import FARTHEST_M, FASTEST_M_S, FASTEST_RAD_S
 from tethernet_core.rotation import inverse, matrix, rotate
 from tethernet_core.settings import ControlParameters, MissionParameters
-from tethernet_sim import cores
-from tethernet_sim.kernels import step
-from tethernet_sim.model import CENTRAL_KNOT, Model, build_model
+from tethernet_sim.engine import Commands, Engine, engine_for
+from tethernet_sim.model import Model, build_model
 from tethernet_sim.settings import PhysicsParameters, check_together
 from tethernet_sim.state import ATTITUDE, CHASER, DEBRIS, MOMENTUM, POSITION, VELOCITY, State, initial_state
 
@@ -62,7 +61,7 @@ class World:
         """Measured positions of external MUs at the beginning of the next period [m], shape (B, M, 3)."""
         self.target_vel = np.zeros((batch, mu_count, 3))
         """Their measured velocities [m/s], shape (B, M, 3)."""
-        self._all = np.arange(batch)
+        self.engine: Engine = engine_for(self.model)
         n = self.model.numbers
         self._inertia = {
             DEBRIS: np.array([n.debris_across, n.debris_across, n.debris_along]),
@@ -77,16 +76,8 @@ class World:
             thrust: per scenario and MU [N], shape (B, M, 3).
             chosen: indices of the scenarios to fly; None for all.
         """
-        s = self.state
-
-        def fly(part: np.ndarray) -> None:
-            step.advance(
-                self.model.numbers, self.model.arrays, self.steps, part, thrust, self.external, self.target_pos,
-                self.target_vel, s.knot_pos, s.knot_vel, s.mu_pos, s.mu_vel, s.bodies, s.bristle, s.closing,
-                s.pair_length, s.locked, s.winch_length, s.tether_length, s.contacts,
-            )  # fmt: skip
-
-        cores.share(fly, self._all if chosen is None else chosen)
+        commands = Commands(thrust, self.external, self.target_pos, self.target_vel)
+        self.engine.advance(self.state, commands, self.steps * self.model.numbers.time_step, chosen)
 
     def diverged(self, chosen: np.ndarray) -> np.ndarray:
         """Which simulations have broken down: a number is not finite, or no body can be so far off or so fast.
@@ -113,18 +104,7 @@ class World:
 
     def begin_closing(self, index: int) -> None:
         """Lock the main tether, start the winches, enable docking in one scenario."""
-        s = self.state
-        s.tether_length[index] = step.begin_closing(
-            self.model.numbers,
-            self.model.arrays.pairs,
-            s.knot_pos[index],
-            s.mu_pos[index],
-            s.bodies[index, CHASER],
-            s.pair_length[index],
-            s.locked[index],
-            s.winch_length[index],
-        )
-        s.closing[index] = True
+        self.engine.begin_closing(self.state, index)
 
     def net_center(self, index: int) -> tuple[float, float, float]:
         """Centre of mass of the knots [m], frame launch: what the trigger looks at."""
@@ -133,9 +113,9 @@ class World:
 
     def net_center_all(self, index: int) -> tuple[float, float, float]:
         """Centre of mass of knots and MUs [m], frame launch."""
-        arrays, mu_mass = self.model.arrays, self.model.numbers.mu_mass
-        moment = self.state.knot_pos[index] @ arrays.knot_mass + mu_mass * self.state.mu_pos[index].sum(axis=0)
-        x, y, z = moment / (arrays.knot_mass.sum() + mu_mass * len(arrays.mu_knot))
+        arrays = self.model.arrays
+        moment = self.state.knot_pos[index] @ arrays.knot_mass + arrays.mu_mass @ self.state.mu_pos[index]
+        x, y, z = moment / (arrays.knot_mass.sum() + arrays.mu_mass.sum())
         return float(x), float(y), float(z)
 
     def debris_position(self, index: int) -> tuple[float, float, float]:
@@ -173,11 +153,14 @@ class World:
 
     def tether(self, index: int) -> tuple[float, float]:
         """Length of the main tether [m] (paid out; the locked length once closing has begun) and its tension [N],
-        damping left out.
+        damping left out. Both are 0 without a tether.
         """
         s = self.state
         anchor = self.tether_anchor(index)
-        distance = math.dist(anchor, s.knot_pos[index, :, CENTRAL_KNOT].tolist())
+        center = self.model.numbers.center_node
+        if center < 0:
+            return 0.0, 0.0
+        distance = math.dist(anchor, s.knot_pos[index, :, center].tolist())
         if not s.closing[index]:
             return distance, 0.0
         locked = float(s.tether_length[index])

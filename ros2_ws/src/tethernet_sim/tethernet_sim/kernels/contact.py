@@ -8,25 +8,32 @@ import math
 
 import numpy as np
 
-from tethernet_sim.kernels.listing import listed
-from tethernet_sim.kernels.options import leaf
-from tethernet_sim.model import KNOTS, PARTICLE_ROOM
+from tethernet_sim.kernels.compaction import compact_indices
+from tethernet_sim.kernels.options import inlined
 
 SPEED_FACTOR, SPEED_MARGIN_M_S = 2.0, 2.0
 """Until the next search no particle gets faster relative to the debris than this factor times the fastest now, plus
 this margin: a thread that snaps taut can at most reverse a relative velocity."""
 NEAR_STEPS = 10
 """Steps between two searches while particles are near the debris."""
-ROOM = PARTICLE_ROOM
 ROWS = 14
-"""Rows of work space for :func:`contact_forces`."""
+"""Rows of a block of work space for :func:`contact_forces`."""
+BLOCK = 544
+"""Numbers in such a row. Any number of particles fits into :func:`blocks` blocks; within one the rows are a constant
+apart, which is what it takes to vectorise."""
 FAR_STEPS = 500
 """Steps between two searches at the most."""
 FAR_AWAY = 1e3
 """Nothing touches the debris at this distance along each axis [m]."""
 
 
-@leaf
+@inlined
+def blocks(particles):
+    """Blocks of work space in which so many particles fit."""
+    return (particles + BLOCK - 1) // BLOCK
+
+
+@inlined
 def surface(rx, ry, rz, radius, half_length):
     """Signed distance of a point from a cylinder, and the outward normal there.
 
@@ -54,28 +61,29 @@ def surface(rx, ry, rz, radius, half_length):
     return length if outside else nearer, radial * rx, radial * ry, axial
 
 
-@leaf
-def fastest(knot_vel, mu_vel, debris, spin, reach, squared, ordered):
+@inlined
+def fastest(knot_vel, mu_vel, knots, debris, spin, reach, squared, ordered):
     """Bound of any particle's speed relative to the debris' material until the next search [m/s].
 
     Args:
-        knot_vel: (3, ROOM) [m/s].
+        knot_vel: (3, width) [m/s].
         mu_vel: (M, 3) [m/s].
+        knots: how many there are.
         debris: body state (13,).
         spin: magnitude of its angular rate [rad/s].
         reach: its farthest point from its centre [m].
-        squared: work space, (ROOM,).
-        ordered: the same numbers' bits, unsigned, (ROOM,).
+        squared: work space, (width,).
+        ordered: the same numbers' bits, unsigned, (width,).
     """
     vx, vy, vz = debris[3], debris[4], debris[5]
     x, y, z = knot_vel[0], knot_vel[1], knot_vel[2]
-    for i in range(KNOTS):
+    for i in range(knots):
         dx, dy, dz = x[i] - vx, y[i] - vy, z[i] - vz
         squared[i] = dx * dx + dy * dy + dz * dz
     # Bits of numbers that are not negative are in the numbers' order, NaN last. Unlike numbers, which can be NaN, they
     # are compared vectorised.
     top = np.uint64(0)
-    for i in range(KNOTS):
+    for i in range(knots):
         top = max(top, ordered[i])
     most = np.uint64(top).view(np.float64)
     for m in range(len(mu_vel)):
@@ -84,26 +92,26 @@ def fastest(knot_vel, mu_vel, debris, spin, reach, squared, ordered):
     return SPEED_FACTOR * (math.sqrt(most) + spin * reach) + SPEED_MARGIN_M_S
 
 
-@leaf
+@inlined
 def find_candidates(
     knot_pos, mu_pos, debris, matrix, numbers, speed, near, squared, ordered, along, flags, blocks, busy
 ):
     """List the particles that may touch the debris before the next search.
 
     Args:
-        knot_pos: (3, ROOM) [m].
+        knot_pos: (3, width) [m].
         mu_pos: (M, 3) [m].
         debris: body state (13,).
         matrix: its rotation (3, 3).
         numbers: constants of the model.
         speed: bound of any particle's relative speed until then [m/s].
         near: output, the particles, knots first.
-        squared: work space, (ROOM,).
-        ordered: the same numbers' bits, unsigned, (ROOM,).
-        along: work space, (ROOM,).
-        flags: work space, one byte for each knot, zeros beyond, (ROOM,).
-        blocks: the same bytes, eight in one, (ROOM / 8,).
-        busy: work space, (ROOM,).
+        squared: work space, (width,).
+        ordered: the same numbers' bits, unsigned, (width,).
+        along: work space, (width,).
+        flags: work space, one byte for each knot, zeros beyond, (width,).
+        blocks: the same bytes, eight in one, (width / 8,).
+        busy: work space, (width,).
 
     Returns:
         (how many knots are listed, how many particles, steps until the next search is due).
@@ -111,16 +119,16 @@ def find_candidates(
     radius, half_length = numbers.debris_radius, numbers.debris_half_length
     reach = math.sqrt(radius * radius + half_length * half_length) + max(numbers.knot_radius, numbers.mu_radius)
     margin = speed * NEAR_STEPS * numbers.time_step
-    mus = mu_pos.shape[0]
+    mus, all_knots = mu_pos.shape[0], numbers.knots
     px, py, pz = debris[0], debris[1], debris[2]
     ax, ay, az = matrix[0, 2], matrix[1, 2], matrix[2, 2]
     x, y, z = knot_pos[0], knot_pos[1], knot_pos[2]
-    for i in range(KNOTS):
+    for i in range(all_knots):
         dx, dy, dz = x[i] - px, y[i] - py, z[i] - pz
         squared[i] = dx * dx + dy * dy + dz * dz
         along[i] = ax * dx + ay * dy + az * dz
     bottom = ordered[0]
-    for i in range(KNOTS):
+    for i in range(all_knots):
         bottom = min(bottom, ordered[i])
     nearest = np.uint64(bottom).view(np.float64)
     for m in range(mus):
@@ -131,9 +139,9 @@ def find_candidates(
     # Within the sphere round the debris: a cylinder that is larger all round decides, without roots.
     size = numbers.knot_radius
     wide, long = (radius + size + margin) * (radius + size + margin), half_length + size + margin
-    for i in range(KNOTS):
+    for i in range(all_knots):
         flags[i] = (squared[i] - along[i] * along[i] < wide) & (abs(along[i]) < long)
-    knots = listed(flags, blocks, busy, near)
+    knots = compact_indices(flags, blocks, busy, near)
     count = knots
     size = numbers.mu_radius
     wide, long = (radius + size + margin) * (radius + size + margin), half_length + size + margin
@@ -141,20 +149,20 @@ def find_candidates(
         dx, dy, dz = mu_pos[m, 0] - px, mu_pos[m, 1] - py, mu_pos[m, 2] - pz
         axial = ax * dx + ay * dy + az * dz
         if dx * dx + dy * dy + dz * dz - axial * axial < wide and abs(axial) < long:
-            near[count] = KNOTS + m
+            near[count] = all_knots + m
             count += 1
     return knots, count, NEAR_STEPS
 
 
-@leaf
+@inlined
 def fetch_bristles(bristles, near, count, held):
-    """Copy the bristles of the ``near`` particles to ``held`` (3, ROOM)."""
+    """Copy the bristles of the ``near`` particles to ``held`` (3, width)."""
     for j in range(count):
         for axis in range(3):
             held[axis, j] = bristles[near[j], axis]
 
 
-@leaf
+@inlined
 def store_bristles(bristles, near, count, held):
     """Copy the bristles of the ``near`` particles back."""
     for j in range(count):
@@ -162,12 +170,12 @@ def store_bristles(bristles, near, count, held):
             bristles[near[j], axis] = held[axis, j]
 
 
-@leaf
+@inlined
 def find_touching(knot_pos, mu_pos, debris, matrix, numbers, near, knots, count, held, kept, touching):
     """List which of the ``near`` particles touch: most of them only hover. Their bristles are forgotten.
 
     Args:
-        knot_pos: (3, ROOM) [m].
+        knot_pos: (3, width) [m].
         mu_pos: (M, 3) [m].
         debris: body state (13,).
         matrix: its rotation (3, 3).
@@ -175,14 +183,14 @@ def find_touching(knot_pos, mu_pos, debris, matrix, numbers, near, knots, count,
         near: particles to look at, knots first.
         knots: how many knots.
         count: how many particles.
-        held: their bristles [m], (3, ROOM); updated.
-        kept: work space, (ROOM,).
-        touching: output, where in ``near`` the touching ones are, (ROOM + 1,); also a few that miss an edge.
+        held: their bristles [m], (3, width); updated.
+        kept: work space, (width,).
+        touching: output, where in ``near`` the touching ones are, (width,); also a few that miss an edge.
 
     Returns:
         (how many knots are listed, how many particles).
     """
-    radius, half_length = numbers.debris_radius, numbers.debris_half_length
+    radius, half_length, all_knots = numbers.debris_radius, numbers.debris_half_length, numbers.knots
     px, py, pz = debris[0], debris[1], debris[2]
     ax, ay, az = matrix[0, 2], matrix[1, 2], matrix[2, 2]
     x, y, z = knot_pos[0], knot_pos[1], knot_pos[2]
@@ -201,7 +209,7 @@ def find_touching(knot_pos, mu_pos, debris, matrix, numbers, near, knots, count,
     wide, long = radius + numbers.mu_radius, half_length + numbers.mu_radius
     wide *= wide
     for j in range(knots, count):
-        m = near[j] - KNOTS
+        m = near[j] - all_knots
         dx, dy, dz = mu_pos[m, 0] - px, mu_pos[m, 1] - py, mu_pos[m, 2] - pz
         along = ax * dx + ay * dy + az * dz
         touches = (dx * dx + dy * dy + dz * dz - along * along < wide) & (abs(along) < long)
@@ -215,40 +223,51 @@ def find_touching(knot_pos, mu_pos, debris, matrix, numbers, near, knots, count,
     return touching_knots, np.int64(found)
 
 
-@leaf
+@inlined
 def gather(
     knot_pos, knot_vel, mu_pos, mu_vel, debris, damping, numbers, near, held, touching, knots, count, work
 ):  # fmt: skip
     """Copy what :func:`contact_forces` needs of the touching particles to ``work``, and fill up a whole vector;
-    ``damping`` (529 + M,) is that of each particle [N s/m].
+    ``damping`` (N + M,) is that of each particle [N s/m].
 
     Returns:
         How many ``work`` holds; those beyond ``count`` touch nothing.
     """
+    all_knots = numbers.knots
     px, py, pz = debris[0], debris[1], debris[2]
-    for k in range(count):
-        j = touching[k]
-        if k < knots:
-            i = near[j]
-            work[k], work[k + ROOM], work[k + 2 * ROOM] = knot_pos[0, i] - px, knot_pos[1, i] - py, knot_pos[2, i] - pz
-            work[k + 3 * ROOM], work[k + 4 * ROOM] = knot_vel[0, i], knot_vel[1, i]
-            work[k + 5 * ROOM] = knot_vel[2, i]
-            work[k + 12 * ROOM] = numbers.knot_radius
-        else:
-            m = near[j] - KNOTS
-            work[k], work[k + ROOM], work[k + 2 * ROOM] = mu_pos[m, 0] - px, mu_pos[m, 1] - py, mu_pos[m, 2] - pz
-            work[k + 3 * ROOM], work[k + 4 * ROOM], work[k + 5 * ROOM] = mu_vel[m, 0], mu_vel[m, 1], mu_vel[m, 2]
-            work[k + 12 * ROOM] = numbers.mu_radius
-        work[k + 13 * ROOM] = damping[near[j]]
-        work[k + 6 * ROOM], work[k + 7 * ROOM], work[k + 8 * ROOM] = held[0, j], held[1, j], held[2, j]
+    for begin in range(0, count, BLOCK):
+        block = work[begin * ROWS :]
+        for k in range(min(BLOCK, count - begin)):
+            j = touching[begin + k]
+            particle = near[j]
+            if begin + k < knots:
+                block[k] = knot_pos[0, particle] - px
+                block[k + BLOCK] = knot_pos[1, particle] - py
+                block[k + 2 * BLOCK] = knot_pos[2, particle] - pz
+                for axis in range(3):
+                    block[k + (3 + axis) * BLOCK] = knot_vel[axis, particle]
+                block[k + 12 * BLOCK] = numbers.knot_radius
+            else:
+                m = particle - all_knots
+                block[k] = mu_pos[m, 0] - px
+                block[k + BLOCK] = mu_pos[m, 1] - py
+                block[k + 2 * BLOCK] = mu_pos[m, 2] - pz
+                for axis in range(3):
+                    block[k + (3 + axis) * BLOCK] = mu_vel[m, axis]
+                block[k + 12 * BLOCK] = numbers.mu_radius
+            block[k + 13 * BLOCK] = damping[particle]
+            for axis in range(3):
+                block[k + (6 + axis) * BLOCK] = held[axis, j]
     filled = (count + 7) // 8 * 8
-    for k in range(count, filled):
+    last = max(filled - 1, 0) // BLOCK * BLOCK
+    block = work[last * ROWS :]
+    for k in range(count - last, filled - last):
         for row in range(ROWS):
-            work[k + row * ROOM] = FAR_AWAY if row < 3 else 0.0
+            block[k + row * BLOCK] = FAR_AWAY if row < 3 else 0.0
     return filled
 
 
-@leaf
+@inlined
 def contact_forces(work, count, debris, matrix, rate, numbers, force, torque):
     """Forces of the debris on the particles that touch it; without branches, so that it vectorises.
 
@@ -256,9 +275,9 @@ def contact_forces(work, count, debris, matrix, rate, numbers, force, torque):
     normal force; the spring never holds more than friction can, what is beyond has slid.
 
     Args:
-        work: one row of ROOM numbers for each of: position relative to the debris' centre [m], velocity [m/s], bristle
-            in the debris frame [m] (updated), force on the particle [N] (output), each x, y, z; radius [m], damping
-            [N s/m].
+        work: blocks, see :data:`BLOCK`, with a row for each of: position relative to the debris' centre [m], velocity
+            [m/s], bristle in the debris frame [m] (updated), force on the particle [N] (output), each x, y, z; radius
+            [m], damping [N s/m].
         count: how many particles.
         debris: body state (13,).
         matrix: its rotation (3, 3).
@@ -279,65 +298,69 @@ def contact_forces(work, count, debris, matrix, rate, numbers, force, torque):
     m10, m11, m12 = matrix[1, 0], matrix[1, 1], matrix[1, 2]
     m20, m21, m22 = matrix[2, 0], matrix[2, 1], matrix[2, 2]
     sx, sy, sz, tx, ty, tz, touching = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0
-    for j in range(count):
-        dx, dy, dz = work[j], work[j + ROOM], work[j + 2 * ROOM]
-        damping = work[j + 13 * ROOM]
-        # Velocity of the particle relative to the debris' material at the particle, in the debris frame. Forces act
-        # on both at the same point, so that angular momentum is conserved exactly.
-        vx = work[j + 3 * ROOM] - qx - (wy * dz - wz * dy)
-        vy = work[j + 4 * ROOM] - qy - (wz * dx - wx * dz)
-        vz = work[j + 5 * ROOM] - qz - (wx * dy - wy * dx)
-        rx, ry, rz = m00 * dx + m10 * dy + m20 * dz, m01 * dx + m11 * dy + m21 * dz, m02 * dx + m12 * dy + m22 * dz
-        ux, uy, uz = m00 * vx + m10 * vy + m20 * vz, m01 * vx + m11 * vy + m21 * vz, m02 * vx + m12 * vy + m22 * vz
-        distance, nx, ny, nz = surface(rx, ry, rz, radius, half_length)
-        depth = work[j + 12 * ROOM] - distance
-        pressing = max(stiffness * depth - damping * (ux * nx + uy * ny + uz * nz), 0.0)
-        pressing = pressing if depth > 0.0 else 0.0
-        # The box' directions: a along the cylinder's axis as far as the surface allows, on the flat ends along the
-        # body's x; b across both.
-        steep = abs(nz) < 0.8
-        slope = nz if steep else nx
-        inverse = 1.0 / math.sqrt(1.0 - slope * slope)
-        ax, ay, az = (0.0 if steep else 1.0) - slope * nx, -slope * ny, (1.0 if steep else 0.0) - slope * nz
-        ax, ay, az = ax * inverse, ay * inverse, az * inverse
-        bx, by, bz = ny * az - nz * ay, nz * ax - nx * az, nx * ay - ny * ax
-        slide_1, slide_2 = ux * ax + uy * ay + uz * az, ux * bx + uy * by + uz * bz
-        kx, ky, kz = work[j + 6 * ROOM], work[j + 7 * ROOM], work[j + 8 * ROOM]
-        stuck_1 = kx * ax + ky * ay + kz * az + dt * slide_1
-        stuck_2 = kx * bx + ky * by + kz * bz + dt * slide_2
-        limit = friction * pressing
-        most = limit * softness
-        force_1 = min(max(-stiffness * stuck_1 - damping * slide_1, -limit), limit)
-        force_2 = min(max(-stiffness * stuck_2 - damping * slide_2, -limit), limit)
-        stuck_1, stuck_2 = min(max(stuck_1, -most), most), min(max(stuck_2, -most), most)
-        work[j + 6 * ROOM] = stuck_1 * ax + stuck_2 * bx
-        work[j + 7 * ROOM] = stuck_1 * ay + stuck_2 * by
-        work[j + 8 * ROOM] = stuck_1 * az + stuck_2 * bz
-        px = pressing * nx + force_1 * ax + force_2 * bx
-        py = pressing * ny + force_1 * ay + force_2 * by
-        pz = pressing * nz + force_1 * az + force_2 * bz
-        fx, fy, fz = m00 * px + m01 * py + m02 * pz, m10 * px + m11 * py + m12 * pz, m20 * px + m21 * py + m22 * pz
-        work[j + 9 * ROOM], work[j + 10 * ROOM], work[j + 11 * ROOM] = fx, fy, fz
-        sx, sy, sz = sx + fx, sy + fy, sz + fz
-        tx, ty, tz = tx + (dy * fz - dz * fy), ty + (dz * fx - dx * fz), tz + (dx * fy - dy * fx)
-        touching += 1 if depth > 0.0 else 0
+    for begin in range(0, count, BLOCK):
+        block = work[begin * ROWS :]
+        for j in range(min(BLOCK, count - begin)):
+            dx, dy, dz = block[j], block[j + BLOCK], block[j + 2 * BLOCK]
+            damping = block[j + 13 * BLOCK]
+            # Velocity of the particle relative to the debris' material at the particle, in the debris frame. Forces act
+            # on both at the same point, so that angular momentum is conserved exactly.
+            vx = block[j + 3 * BLOCK] - qx - (wy * dz - wz * dy)
+            vy = block[j + 4 * BLOCK] - qy - (wz * dx - wx * dz)
+            vz = block[j + 5 * BLOCK] - qz - (wx * dy - wy * dx)
+            rx, ry, rz = m00 * dx + m10 * dy + m20 * dz, m01 * dx + m11 * dy + m21 * dz, m02 * dx + m12 * dy + m22 * dz
+            ux, uy, uz = m00 * vx + m10 * vy + m20 * vz, m01 * vx + m11 * vy + m21 * vz, m02 * vx + m12 * vy + m22 * vz
+            distance, nx, ny, nz = surface(rx, ry, rz, radius, half_length)
+            depth = block[j + 12 * BLOCK] - distance
+            pressing = max(stiffness * depth - damping * (ux * nx + uy * ny + uz * nz), 0.0)
+            pressing = pressing if depth > 0.0 else 0.0
+            # The box' directions: a along the cylinder's axis as far as the surface allows, on the flat ends along the
+            # body's x; b across both.
+            steep = abs(nz) < 0.8
+            slope = nz if steep else nx
+            inverse = 1.0 / math.sqrt(1.0 - slope * slope)
+            ax, ay, az = (0.0 if steep else 1.0) - slope * nx, -slope * ny, (1.0 if steep else 0.0) - slope * nz
+            ax, ay, az = ax * inverse, ay * inverse, az * inverse
+            bx, by, bz = ny * az - nz * ay, nz * ax - nx * az, nx * ay - ny * ax
+            slide_1, slide_2 = ux * ax + uy * ay + uz * az, ux * bx + uy * by + uz * bz
+            kx, ky, kz = block[j + 6 * BLOCK], block[j + 7 * BLOCK], block[j + 8 * BLOCK]
+            stuck_1 = kx * ax + ky * ay + kz * az + dt * slide_1
+            stuck_2 = kx * bx + ky * by + kz * bz + dt * slide_2
+            limit = friction * pressing
+            most = limit * softness
+            force_1 = min(max(-stiffness * stuck_1 - damping * slide_1, -limit), limit)
+            force_2 = min(max(-stiffness * stuck_2 - damping * slide_2, -limit), limit)
+            stuck_1, stuck_2 = min(max(stuck_1, -most), most), min(max(stuck_2, -most), most)
+            block[j + 6 * BLOCK] = stuck_1 * ax + stuck_2 * bx
+            block[j + 7 * BLOCK] = stuck_1 * ay + stuck_2 * by
+            block[j + 8 * BLOCK] = stuck_1 * az + stuck_2 * bz
+            px = pressing * nx + force_1 * ax + force_2 * bx
+            py = pressing * ny + force_1 * ay + force_2 * by
+            pz = pressing * nz + force_1 * az + force_2 * bz
+            fx, fy, fz = m00 * px + m01 * py + m02 * pz, m10 * px + m11 * py + m12 * pz, m20 * px + m21 * py + m22 * pz
+            block[j + 9 * BLOCK], block[j + 10 * BLOCK], block[j + 11 * BLOCK] = fx, fy, fz
+            sx, sy, sz = sx + fx, sy + fy, sz + fz
+            tx, ty, tz = tx + (dy * fz - dz * fy), ty + (dz * fx - dx * fz), tz + (dx * fy - dy * fx)
+            touching += 1 if depth > 0.0 else 0
     force[0], force[1], force[2] = force[0] - sx, force[1] - sy, force[2] - sz
     torque[0], torque[1], torque[2] = torque[0] - tx, torque[1] - ty, torque[2] - tz
     return touching
 
 
-@leaf
-def react(near, held, touching, knots, count, work, kick, knot_vel, mu_force):
+@inlined
+def react(near, held, touching, knots, count, work, kick, all_knots, knot_vel, mu_force):
     """Kick the touching knots by one step, add to the force on the touching MUs, keep the bristles."""
-    for k in range(count):
-        j = touching[k]
-        if k < knots:
-            i = near[j]
-            gain = kick[i]
+    for begin in range(0, count, BLOCK):
+        block = work[begin * ROWS :]
+        for k in range(min(BLOCK, count - begin)):
+            j = touching[begin + k]
+            particle = near[j]
+            if begin + k < knots:
+                gain = kick[particle]
+                for axis in range(3):
+                    knot_vel[axis, particle] += gain * block[k + (9 + axis) * BLOCK]
+            else:
+                for axis in range(3):
+                    mu_force[particle - all_knots, axis] += block[k + (9 + axis) * BLOCK]
             for axis in range(3):
-                knot_vel[axis, i] += gain * work[k + (9 + axis) * ROOM]
-        else:
-            for axis in range(3):
-                mu_force[near[j] - KNOTS, axis] += work[k + (9 + axis) * ROOM]
-        for axis in range(3):
-            held[axis, j] = work[k + (6 + axis) * ROOM]
+                held[axis, j] = block[k + (6 + axis) * BLOCK]

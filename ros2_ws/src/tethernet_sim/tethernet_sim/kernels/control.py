@@ -5,18 +5,18 @@ from __future__ import annotations
 from numba.extending import register_jitable
 
 from tethernet_control import estimator, law
-from tethernet_sim.kernels.options import strict
+from tethernet_sim.kernels.options import ieee
 
 for _function in law.CALLED:
     register_jitable(_function)
 
-_observe = strict(estimator.observe)
-_command = strict(law.command)
-_fuel_used = strict(law.fuel_used)
-_distance = strict(law.distance)
+_observe = ieee(estimator.observe)
+_command = ieee(law.command)
+_fuel_used = ieee(law.fuel_used)
+_distance = ieee(law.distance)
 
 
-@strict
+@ieee
 def book_fuel(chosen, thrust, period, specific_impulse, gravity, fuel):
     """Add what one period of constant thrust burnt to ``fuel`` (B, M) [kg]."""
     for b in chosen:
@@ -24,7 +24,7 @@ def book_fuel(chosen, thrust, period, specific_impulse, gravity, fuel):
             fuel[b, m] += _fuel_used(thrust[b, m], period, specific_impulse, gravity)
 
 
-@strict
+@ieee
 def command(
     p, chosen, position, velocity, elapsed, closing_elapsed, closing_duration, period, off,
     start, aim, close, state, covariance, integral, carry, thrust, largest_error,

@@ -12,12 +12,10 @@ import math
 
 import numpy as np
 
-from tethernet_core.layout import KNOT_ROWS
 from tethernet_sim.kernels.contact import surface
-from tethernet_sim.kernels.options import outer, strict
+from tethernet_sim.kernels.options import entry_point, ieee
 from tethernet_sim.kernels.rigid_body import angular_rate, rotation_matrix
 from tethernet_sim.kernels.step import advance_scenario
-from tethernet_sim.model import CENTRAL_KNOT, KNOTS
 
 WORK, THRUST, WINCH_IN, JOINT_IN, THREADS, TETHER, CONTACT, FRICTION, WINCH_SLIP, JOINTS = range(10)
 TERMS = 10
@@ -25,7 +23,7 @@ TERMS = 10
 out by the dampers of threads and of the tether, contact, friction, slipping winches, the dampers of joints."""
 
 
-@strict
+@ieee
 def _kelvin_voigt(stiffness, damping, stretch, rate):
     """Tension of a spring and damper that only pull [N], and the damper's part of it [N]."""
     if stretch <= 0.0:
@@ -34,7 +32,7 @@ def _kelvin_voigt(stiffness, damping, stretch, rate):
     return tension, tension - stiffness * stretch
 
 
-@strict
+@ieee
 def _between(a, b, va, vb, wa, wb):
     """Distance of two points [m], its rate before [m/s] and its mean rate in the step [m/s]."""
     squared, before, after = 0.0, 0.0, 0.0
@@ -48,35 +46,36 @@ def _between(a, b, va, vb, wa, wb):
     return length, before * scale, 0.5 * (before + after) * scale
 
 
-@strict
+@ieee
 def _net(ledger, numbers, arrays, x, v, w, mu_pos, mu_vel, mu_vel_after):
-    # Few numbers by hand instead of all constants: they are copied at every call.
-    k, c, mesh, work, lost = numbers.stiffness, numbers.damping, numbers.mesh, 0.0, 0.0
-    for i in range(KNOTS):
-        for j in (i + 1 if (i + 1) % KNOT_ROWS else KNOTS, i + KNOT_ROWS):
-            if j < KNOTS:
-                dx, dy, dz = x[0, j] - x[0, i], x[1, j] - x[1, i], x[2, j] - x[2, i]
-                squared = dx * dx + dy * dy + dz * dz
-                if squared > mesh * mesh:
-                    length = math.sqrt(squared)
-                    rate = (dx * (v[0, j] - v[0, i]) + dy * (v[1, j] - v[1, i]) + dz * (v[2, j] - v[2, i])) / length
-                    after = (dx * (w[0, j] - w[0, i]) + dy * (w[1, j] - w[1, i]) + dz * (w[2, j] - w[2, i])) / length
-                    tension, damper = _kelvin_voigt(k, c, length - mesh, rate)
-                    work += tension * 0.5 * (rate + after)
-                    lost += damper * 0.5 * (rate + after)
+    # Few arrays by hand instead of all constants: they are copied at every call.
+    threads, rests, stiffness, damping = arrays.threads, arrays.rest, arrays.stiffness, arrays.damping
+    work, lost = 0.0, 0.0
+    for t in range(len(threads)):
+        i, j, rest = threads[t, 0], threads[t, 1], rests[t]
+        dx, dy, dz = x[0, j] - x[0, i], x[1, j] - x[1, i], x[2, j] - x[2, i]
+        squared = dx * dx + dy * dy + dz * dz
+        if squared > rest * rest:
+            length = math.sqrt(squared)
+            rate = (dx * (v[0, j] - v[0, i]) + dy * (v[1, j] - v[1, i]) + dz * (v[2, j] - v[2, i])) / length
+            after = (dx * (w[0, j] - w[0, i]) + dy * (w[1, j] - w[1, i]) + dz * (w[2, j] - w[2, i])) / length
+            tension, damper = _kelvin_voigt(stiffness[t], damping[t], length - rest, rate)
+            work += tension * 0.5 * (rate + after)
+            lost += damper * 0.5 * (rate + after)
     for m in range(len(mu_pos)):
         knot = arrays.mu_knot[m]
         length, rate, mean = _between(
             x[:, knot], mu_pos[m], v[:, knot], mu_vel[m], w[:, knot], mu_vel_after[m]
         )  # fmt: skip
-        tension, damper = _kelvin_voigt(k, c, length - arrays.mu_thread[m], rate)
+        stretch = length - arrays.mu_thread[m]
+        tension, damper = _kelvin_voigt(arrays.mu_stiffness[m], arrays.mu_damping[m], stretch, rate)
         work += tension * mean
         lost += damper * mean
     ledger[WORK] -= numbers.time_step * work
     ledger[THREADS] += numbers.time_step * lost
 
 
-@strict
+@ieee
 def _tether(ledger, numbers, x, v, w, chaser, chaser_after, rest):
     matrix, before, after = np.zeros((3, 3)), np.zeros(3), np.zeros(3)
     rotation_matrix(chaser, matrix)
@@ -91,12 +90,13 @@ def _tether(ledger, numbers, x, v, w, chaser, chaser_after, rest):
     ledger[TETHER] += numbers.time_step * damper * mean
 
 
-@strict
+@ieee
 def _particle(knots, mus, number):
-    return knots[:, number] if number < KNOTS else mus[number - KNOTS]
+    count = knots.shape[1]
+    return knots[:, number] if number < count else mus[number - count]
 
 
-@strict
+@ieee
 def _closing(ledger, numbers, arrays, x, v, w, mus, mu_vel, mu_vel_after, joints, locks, threads):
     """``joints``, ``locks``, ``threads``: lengths of joints, which are locked, lengths of threads; before and after."""
     h, pairs = numbers.time_step, arrays.pairs
@@ -116,9 +116,8 @@ def _closing(ledger, numbers, arrays, x, v, w, mus, mu_vel, mu_vel_after, joints
             ledger[WORK] -= h * (numbers.joint_stiffness * stretch + damper) * mean
             ledger[JOINTS] += h * damper * mean
     for thread in range(threads.shape[1]):
-        segments = len(pairs) // threads.shape[1]
         stretch, mean = np.array([-threads[0, thread], -threads[1, thread]]), 0.0
-        for r in range(thread * segments, (thread + 1) * segments):
+        for r in range(arrays.winch_begin[thread], arrays.winch_begin[thread + 1]):
             stretch[0] += 0.0 if locks[0, r] else span[r, 0]
             if not locks[1, r]:
                 stretch[1] += span[r, 0]
@@ -130,7 +129,7 @@ def _closing(ledger, numbers, arrays, x, v, w, mus, mu_vel, mu_vel_after, joints
         ledger[WORK] -= h * numbers.winch_stiffness * after * mean
 
 
-@strict
+@ieee
 def _contact(ledger, numbers, damping, size, place, speed, speed_after, debris, debris_after, matrix, rates, held):
     """One particle: ``rates`` (2, 3) of the debris before and after [rad/s], ``held`` its bristle before [m]."""
     h, k = numbers.time_step, numbers.contact_stiffness
@@ -163,7 +162,7 @@ def _contact(ledger, numbers, damping, size, place, speed, speed_after, debris, 
         ledger[FRICTION] += k * stuck * (raw - stuck) - h * (force + k * stuck) * way
 
 
-@strict
+@ieee
 def book_step(
     ledger, numbers, arrays, thrust, closing, tether_length, knots, knot_vels, mu_pos, mu_vels, bodies, bristle,
     joints, locks, threads,
@@ -177,12 +176,12 @@ def book_step(
         thrust: of the MUs in this step [N], (M, 3).
         closing: whether closing has begun.
         tether_length: of the locked tether [m].
-        knots: positions before [m], (3, 529).
-        knot_vels: velocities before and after [m/s], (2, 3, 529).
+        knots: positions before [m], (3, N).
+        knot_vels: velocities before and after [m/s], (2, 3, N).
         mu_pos: positions before [m], (M, 3).
         mu_vels: velocities before and after [m/s], (2, M, 3).
         bodies: before and after, (2, 2, 13).
-        bristle: before [m], (529 + M, 3).
+        bristle: before [m], (N + M, 3).
         joints: rest lengths of the pairs before and after [m], (2, R).
         locks: which pairs are locked before and after, (2, R).
         threads: rest lengths of the winches' threads before and after [m], (2, S).
@@ -195,11 +194,12 @@ def book_step(
     ledger[THRUST] += given
     ledger[WORK] += given
     _net(ledger, numbers, arrays, knots, v, w, mu_pos, mu_vels[0], mu_vels[1])
-    if closing:
+    count, center = numbers.knots, numbers.center_node
+    if closing and center >= 0:
         _tether(
-            ledger, numbers, knots[:, CENTRAL_KNOT], v[:, CENTRAL_KNOT], w[:, CENTRAL_KNOT], bodies[0, 1],
-            bodies[1, 1], tether_length,
-        )  # fmt: skip
+            ledger, numbers, knots[:, center], v[:, center], w[:, center], bodies[0, 1], bodies[1, 1], tether_length
+        )
+    if closing:
         _closing(ledger, numbers, arrays, knots, v, w, mu_pos, mu_vels[0], mu_vels[1], joints, locks, threads)
     debris, after = bodies[0, 0], bodies[1, 0]
     matrix, rates = np.zeros((3, 3)), np.zeros((2, 3))
@@ -207,14 +207,14 @@ def book_step(
     angular_rate(debris, matrix, numbers.debris_across, numbers.debris_along, rates[0])
     angular_rate(after, matrix, numbers.debris_across, numbers.debris_along, rates[1])
     px, py, pz = debris[0], debris[1], debris[2]
-    for p in range(KNOTS + len(mu_pos)):
-        if p < KNOTS:
+    for p in range(count + len(mu_pos)):
+        if p < count:
             dx, dy, dz = knots[0, p] - px, knots[1, p] - py, knots[2, p] - pz
         else:
-            dx, dy, dz = mu_pos[p - KNOTS, 0] - px, mu_pos[p - KNOTS, 1] - py, mu_pos[p - KNOTS, 2] - pz
+            dx, dy, dz = mu_pos[p - count, 0] - px, mu_pos[p - count, 1] - py, mu_pos[p - count, 2] - pz
         along = matrix[0, 2] * dx + matrix[1, 2] * dy + matrix[2, 2] * dz
         # Outside of a cylinder that is larger all round nothing touches.
-        size = numbers.knot_radius if p < KNOTS else numbers.mu_radius
+        size = numbers.knot_radius if p < count else numbers.mu_radius
         wide = numbers.debris_radius + size
         if dx * dx + dy * dy + dz * dz - along * along < wide * wide and abs(along) < numbers.debris_half_length + size:
             _contact(
@@ -225,10 +225,10 @@ def book_step(
             ledger[FRICTION] += 0.5 * numbers.contact_stiffness * np.dot(bristle[p], bristle[p])  # it has let go
 
 
-@outer
+@entry_point
 def fly_booked(
-    ledger, numbers, arrays, steps, thrust, external, target_pos, target_vel, knot_pos, knot_vel, mu_pos, mu_vel,
-    bodies, bristle, closing, pair_length, locked, winch_length, tether_length,
+    ledger, numbers, arrays, threads, steps, thrust, external, target_pos, target_vel, knot_pos, knot_vel, mu_pos,
+    mu_vel, bodies, bristle, closing, pair_length, locked, winch_length, tether_length,
 ):  # fmt: skip
     """Fly one scenario like step.advance, step by step, and book each step. Returns the particles in contact at the
     last.
@@ -236,19 +236,19 @@ def fly_booked(
     contacts = 0
     knot_vels, mu_vels = np.zeros((2, *knot_vel.shape)), np.zeros((2, *mu_vel.shape))
     both_bodies, joints = np.zeros((2, *bodies.shape)), np.zeros((2, *pair_length.shape))
-    locks, threads = np.zeros((2, *locked.shape), np.bool_), np.zeros((2, *winch_length.shape))
+    locks, winches = np.zeros((2, *locked.shape), np.bool_), np.zeros((2, *winch_length.shape))
     for _ in range(steps):
         knots, mus, held = knot_pos.copy(), mu_pos.copy(), bristle.copy()
         knot_vels[0], mu_vels[0], both_bodies[0] = knot_vel, mu_vel, bodies
-        joints[0], locks[0], threads[0] = pair_length, locked, winch_length
+        joints[0], locks[0], winches[0] = pair_length, locked, winch_length
         contacts = advance_scenario(
-            numbers, arrays, 1, thrust, external, target_pos, target_vel, knot_pos, knot_vel, mu_pos, mu_vel, bodies,
-            bristle, closing, pair_length, locked, winch_length, tether_length,
+            numbers, arrays, threads, 1, thrust, external, target_pos, target_vel, knot_pos, knot_vel, mu_pos, mu_vel,
+            bodies, bristle, closing, pair_length, locked, winch_length, tether_length,
         )  # fmt: skip
         knot_vels[1], mu_vels[1], both_bodies[1] = knot_vel, mu_vel, bodies
-        joints[1], locks[1], threads[1] = pair_length, locked, winch_length
+        joints[1], locks[1], winches[1] = pair_length, locked, winch_length
         book_step(
             ledger, numbers, arrays, thrust, closing, tether_length, knots, knot_vels, mus, mu_vels, both_bodies, held,
-            joints, locks, threads,
+            joints, locks, winches,
         )  # fmt: skip
     return contacts

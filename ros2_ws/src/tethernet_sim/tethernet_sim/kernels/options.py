@@ -38,7 +38,7 @@ def _cache_folder() -> Path:
     version = hashlib.sha256()
     for source in _sources():
         version.update(source.read_bytes())
-    version.update(numba.__version__.encode())
+    version.update(f"{numba.__version__} {config.BOUNDSCHECK}".encode())
     in_environment = sys.prefix != sys.base_prefix and os.access(sys.prefix, os.W_OK)
     base = Path(sys.prefix) / "share" if in_environment else Path.home() / ".cache"
     return base / "tethernet" / "numba" / version.hexdigest()[:16]
@@ -48,36 +48,40 @@ if not os.environ.get("NUMBA_CACHE_DIR"):
     config.CACHE_DIR = str(_cache_folder())
 
 
+KERNEL = {"fastmath": FAST, "error_model": "numpy", "nogil": True, "forceinline": True}
+"""How a physics kernel is compiled.
+
+It becomes part of each caller. Otherwise a caller has the choice between the function and a copy that was optimised
+again, other in the last digit, and takes the one when it was just compiled and the other when it was loaded.
+"""
+INLINED = KERNEL | {"_nrt": False}
+"""How a kernel is compiled that allocates nothing: without counting references to its arrays.
+
+numba counts the references of every array at every call; with some forty arrays in the calls of a step that costs as
+much as the physics. Being part of the caller saves a tenth of a mission beside.
+"""
+
+
 def kernel(function):
-    """Compile a physics kernel; cached on disk, because compiling takes longer than a mission.
-
-    It becomes part of each caller. Otherwise a caller has the choice between the function and a copy that was optimised
-    again, other in the last digit, and takes the one when it was just compiled and the other when it was loaded.
-    """
-    return numba.njit(cache=True, fastmath=FAST, error_model="numpy", nogil=True, forceinline=True)(function)
+    """Compile a physics kernel, see KERNEL; cached on disk, because compiling takes longer than a mission."""
+    return numba.njit(cache=True, **KERNEL)(function)
 
 
-def leaf(function):
-    """Compile a kernel that allocates nothing, without counting references to its arrays.
-
-    numba counts the references of every array at every call; with some forty arrays in the calls of a step that costs
-    as much as the physics. Being part of the caller saves a tenth of a mission beside.
-    """
-    return numba.njit(
-        cache=True, fastmath=FAST, error_model="numpy", nogil=True, _nrt=False, forceinline=True
-    )(function)  # fmt: skip
+def inlined(function):
+    """Compile a kernel that allocates nothing, see INLINED."""
+    return numba.njit(cache=True, **INLINED)(function)
 
 
-def merged(function):
+def inlined_once(function):
     """Make a function part of its one caller before anything is compiled: for the largest, compiled once that way."""
     return numba.njit(inline="always", fastmath=FAST, error_model="numpy")(function)
 
 
-def outer(function):
+def entry_point(function):
     """Compile a kernel that only Python calls."""
     return numba.njit(cache=True, fastmath=FAST, error_model="numpy", nogil=True)(function)
 
 
-def strict(function):
+def ieee(function):
     """Compile with IEEE arithmetic: the same bits as the plain Python function."""
     return numba.njit(cache=True, error_model="numpy", nogil=True)(function)

@@ -5,12 +5,12 @@ from __future__ import annotations
 import math
 
 from tethernet_core.rotation import entries
-from tethernet_sim.kernels.options import leaf
+from tethernet_sim.kernels.options import inlined
 
-_entries = leaf(entries)
+_entries = inlined(entries)
 
 
-@leaf
+@inlined
 def rotation_matrix(body, matrix):
     """Write the body-to-launch rotation of ``body`` (13,) to ``matrix`` (3, 3)."""
     m00, m01, m02, m10, m11, m12, m20, m21, m22 = _entries(body[6], body[7], body[8], body[9])
@@ -19,7 +19,7 @@ def rotation_matrix(body, matrix):
     matrix[2, 0], matrix[2, 1], matrix[2, 2] = m20, m21, m22
 
 
-@leaf
+@inlined
 def angular_rate(body, matrix, across, along, rate):
     """Write the angular rate in the launch frame [rad/s] to ``rate``; inertia across and along the axis [kg m^2]."""
     axial = matrix[0, 2] * body[10] + matrix[1, 2] * body[11] + matrix[2, 2] * body[12]
@@ -28,7 +28,7 @@ def angular_rate(body, matrix, across, along, rate):
         rate[axis] = body[10 + axis] / across + spin * matrix[axis, 2]
 
 
-@leaf
+@inlined
 def kick(body, mass, force, torque, time_step):
     """Change velocity and angular momentum by one step under ``force`` [N] and ``torque`` [N m] (about the centre of
     mass).
@@ -38,7 +38,7 @@ def kick(body, mass, force, torque, time_step):
         body[10 + axis] += time_step * torque[axis]
 
 
-@leaf
+@inlined
 def drift_body(body, matrix, across, along, duration):
     """Move a body freely for ``duration`` [s]: exact for a body of revolution, for any duration.
 
@@ -67,8 +67,8 @@ def drift_body(body, matrix, across, along, duration):
         rotation_matrix(body, matrix)
 
 
-@leaf
-def creep(body, matrix, across, along, duration):
+@inlined
+def small_rotation_step(body, matrix, across, along, duration):
     """:func:`drift_body` for one step of the integration: the same motion without sines, roots and divisions.
 
     Sine and cosine are series, exact to the last digit or so for turns below 2e-3 rad a step, that is below 16 rad/s.

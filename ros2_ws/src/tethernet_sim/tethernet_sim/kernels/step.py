@@ -6,14 +6,13 @@ import math
 
 import numpy as np
 
-from tethernet_sim.kernels import contact, pairs, rigid_body, threads
-from tethernet_sim.kernels.listing import listed
-from tethernet_sim.kernels.options import kernel, leaf, merged, outer
-from tethernet_sim.model import CENTRAL_KNOT, KNOTS
+from tethernet_sim.kernels import contact, net, pairs, rigid_body
+from tethernet_sim.kernels.options import entry_point, inlined, inlined_once, kernel
+from tethernet_sim.kernels.rows import aligned_rows, padded, row_width
 
 
-@leaf
-def mu_threads(knot_pos, knot_vel, mu_pos, mu_vel, numbers, knots, lengths, mu_force, pulls):
+@inlined
+def mu_threads(knot_pos, knot_vel, mu_pos, mu_vel, knots, lengths, stiffness, damping, mu_force, pulls):
     """Pull of the threads between MUs and knots: adds to ``mu_force`` (M, 3), written to ``pulls`` (M, 3) for the
     knots [N].
     """
@@ -30,15 +29,15 @@ def mu_threads(knot_pos, knot_vel, mu_pos, mu_vel, numbers, knots, lengths, mu_f
                 + (mu_vel[m, 1] - knot_vel[1, k]) * dy
                 + (mu_vel[m, 2] - knot_vel[2, k]) * dz
             ) * inverse
-            tension = numbers.stiffness * (squared * inverse - rest) + numbers.damping * rate
+            tension = stiffness[m] * (squared * inverse - rest) + damping[m] * rate
             pull = max(tension, 0.0) * inverse
         pulls[m, 0], pulls[m, 1], pulls[m, 2] = pull * dx, pull * dy, pull * dz
         for axis in range(3):
             mu_force[m, axis] -= pulls[m, axis]
 
 
-@leaf
-def follow_targets(numbers, external, ahead, target_pos, target_vel, mu_pos, mu_vel, mu_force):
+@inlined
+def follow_targets(stiffness, damping, external, ahead, target_pos, target_vel, mu_pos, mu_vel, mu_force):
     """Draw the stand-ins of external MUs after their targets, ``ahead`` [s] of the last measurement: overwrites their
     ``mu_force``.
     """
@@ -46,14 +45,14 @@ def follow_targets(numbers, external, ahead, target_pos, target_vel, mu_pos, mu_
         if external[m]:
             for axis in range(3):
                 target = target_pos[m, axis] + target_vel[m, axis] * ahead
-                mu_force[m, axis] = numbers.coupling_stiffness * (
-                    target - mu_pos[m, axis]
-                ) + numbers.coupling_damping * (target_vel[m, axis] - mu_vel[m, axis])
+                mu_force[m, axis] = stiffness[m] * (target - mu_pos[m, axis]) + damping[m] * (
+                    target_vel[m, axis] - mu_vel[m, axis]
+                )
 
 
-@leaf
+@inlined
 def tether_force(knot_pos, knot_vel, chaser, matrix, rate, numbers, rest, force, torque):
-    """Pull of the locked main tether on the central knot.
+    """Pull of the locked main tether on the node that it hangs on.
 
     Args:
         knot_pos, knot_vel: of the knots.
@@ -68,17 +67,17 @@ def tether_force(knot_pos, knot_vel, chaser, matrix, rate, numbers, rest, force,
     Returns:
         Tension [N].
     """
-    anchor = numbers.tether_anchor
+    anchor, center = numbers.tether_anchor, numbers.center_node
     ax, ay, az = anchor * matrix[0, 2], anchor * matrix[1, 2], anchor * matrix[2, 2]
-    dx = chaser[0] + ax - knot_pos[0, CENTRAL_KNOT]
-    dy = chaser[1] + ay - knot_pos[1, CENTRAL_KNOT]
-    dz = chaser[2] + az - knot_pos[2, CENTRAL_KNOT]
+    dx = chaser[0] + ax - knot_pos[0, center]
+    dy = chaser[1] + ay - knot_pos[1, center]
+    dz = chaser[2] + az - knot_pos[2, center]
     length = math.sqrt(dx * dx + dy * dy + dz * dz)
     tension = 0.0
     if length > rest:
-        vx = chaser[3] + rate[1] * az - rate[2] * ay - knot_vel[0, CENTRAL_KNOT]
-        vy = chaser[4] + rate[2] * ax - rate[0] * az - knot_vel[1, CENTRAL_KNOT]
-        vz = chaser[5] + rate[0] * ay - rate[1] * ax - knot_vel[2, CENTRAL_KNOT]
+        vx = chaser[3] + rate[1] * az - rate[2] * ay - knot_vel[0, center]
+        vy = chaser[4] + rate[2] * ax - rate[0] * az - knot_vel[1, center]
+        vz = chaser[5] + rate[0] * ay - rate[1] * ax - knot_vel[2, center]
         tension = (
             numbers.tether_stiffness * (length - rest) + numbers.tether_damping * (vx * dx + vy * dy + vz * dz) / length
         )
@@ -91,21 +90,18 @@ def tether_force(knot_pos, knot_vel, chaser, matrix, rate, numbers, rest, force,
     return tension
 
 
-@kernel
-def aligned_rows(width):
-    """Three rows of zeros, as wide as whole cache lines, each beginning where a line does.
-
-    Loading a whole vector across the border of two lines costs twice as much.
-    """
-    line = 64 // 8
-    store = np.zeros(3 * width + line)
-    begin = (-(store.ctypes.data // 8)) % line
-    return store[begin : begin + 3 * width].reshape(3, width)
+@inlined
+def drift(pos, vel, knots, time_step):
+    """Move the knots with their new velocities; what fills up the rows stays 0."""
+    for axis in range(3):
+        place, speed = pos[axis], vel[axis]
+        for i in range(padded(knots)):
+            place[i] += time_step * speed[i]
 
 
-@merged
+@inlined_once
 def advance_scenario(
-    numbers, arrays, steps, thrust, external, target_pos, target_vel,
+    numbers, arrays, threads, steps, thrust, external, target_pos, target_vel,
     all_knot_pos, all_knot_vel, mu_pos, mu_vel, bodies, bristle, closing, pair_length, locked, winch_length,
     tether_length,
 ):  # fmt: skip
@@ -114,6 +110,7 @@ def advance_scenario(
     Args:
         numbers: scalar constants.
         arrays: constant arrays.
+        threads: the net's threads, see kernels.net.
         steps: number of steps.
         thrust: per MU [N], (M, 3).
         external: per MU, whether its stand-in follows a target (M,).
@@ -127,26 +124,25 @@ def advance_scenario(
     Returns:
         Particles in contact with the debris at the last step.
     """
-    kick, all_pairs = arrays.kick, arrays.pairs
-    mu_knot, mu_thread = arrays.mu_knot, arrays.mu_thread
+    all_pairs = arrays.pairs
+    mu_knot, mu_thread, mu_inverse_mass = arrays.mu_knot, arrays.mu_thread, arrays.mu_inverse_mass
+    mu_stiffness, mu_damping = arrays.mu_stiffness, arrays.mu_damping
     joint_damping, contact_damping = arrays.joint_damping, arrays.contact_damping
-    dt = numbers.time_step
+    dt, knots, center = numbers.time_step, numbers.knots, numbers.center_node
     mus = len(mu_knot)
-    row_flags, column_flags = np.zeros(threads.ROW_THREADS, np.uint8), np.zeros(threads.COLUMN_FLAGS, np.uint8)
-    row_blocks, column_blocks = row_flags.view(np.uint64), column_flags.view(np.uint64)
-    busy = np.empty(contact.ROOM, np.uint32)
-    taut_rows, taut_columns = np.empty(KNOTS + 1, np.uint32), np.empty(KNOTS + 1, np.uint32)
-    taut_work = np.empty((5, threads.DENSE_FROM))
-    row_force, column_force = aligned_rows(threads.FORCE_ROOM), aligned_rows(threads.FORCE_ROOM)
+    width = row_width(knots, mus)
+    thread_work = net.workspace(threads, width)
+    kick = np.zeros(width)
+    kick[:knots] = arrays.kick
     mu_force = np.zeros((mus, 3))
-    pulls = np.zeros((mus + 1, 3))  # on the MUs' knots, then on the central knot
+    pulls = np.zeros((mus + 1, 3))  # on the MUs' knots, then on the knot that the main tether hangs on
     pair_forces, pair_span = np.zeros((len(all_pairs), 3)), np.zeros((len(all_pairs), 5))
-    near, touching = np.empty(contact.ROOM + 1, np.uint32), np.empty(contact.ROOM + 1, np.uint32)
-    near_flags = np.zeros(contact.ROOM, np.uint8)
+    near, touching = np.empty(width, np.uint32), np.empty(width, np.uint32)
+    busy, near_flags = np.empty(width, np.uint32), np.zeros(width, np.uint8)
     near_blocks = near_flags.view(np.uint64)
-    work = np.empty(contact.ROWS * contact.ROOM)
-    held, kept = np.empty((3, contact.ROOM)), np.empty(contact.ROOM)
-    squared, along = np.empty(contact.ROOM), np.empty(contact.ROOM)
+    work = np.empty(contact.blocks(knots + mus) * contact.ROWS * contact.BLOCK)
+    held, kept = np.empty((3, width)), np.empty(width)
+    squared, along = np.empty(width), np.empty(width)
     ordered = squared.view(np.uint64)
     debris_matrix, chaser_matrix = np.zeros((3, 3)), np.zeros((3, 3))
     rate, force, torque = np.zeros(3), np.zeros(3), np.zeros(3)
@@ -157,10 +153,9 @@ def advance_scenario(
     rigid_body.rotation_matrix(debris, debris_matrix)
     rigid_body.rotation_matrix(chaser, chaser_matrix)
     near_knots, near_count, touching_knots, touching_count, contacts = 0, 0, 0, 0, 0
-    search_in, coasted, dense_for, rows, columns = 0, 0, 0, 0, 0
-    knot_pos, knot_vel = aligned_rows(contact.ROOM), aligned_rows(contact.ROOM)
-    knot_pos[:, :KNOTS], knot_vel[:, :KNOTS] = all_knot_pos, all_knot_vel
-    x, y, z = knot_pos[0], knot_pos[1], knot_pos[2]
+    search_in, coasted = 0, 0
+    knot_pos, knot_vel = aligned_rows(width), aligned_rows(width)
+    knot_pos[:, :knots], knot_vel[:, :knots] = all_knot_pos, all_knot_vel
 
     for step in range(steps):
         # 1. Contact search. Debris without candidates coasts; it is moved just before the next search.
@@ -171,7 +166,7 @@ def advance_scenario(
             rigid_body.angular_rate(debris, debris_matrix, numbers.debris_across, numbers.debris_along, rate)
             spin = math.sqrt(rate[0] * rate[0] + rate[1] * rate[1] + rate[2] * rate[2])
             reach = numbers.debris_radius + numbers.debris_half_length
-            speed = contact.fastest(knot_vel, mu_vel, debris, spin, reach, squared, ordered)
+            speed = contact.fastest(knot_vel, mu_vel, knots, debris, spin, reach, squared, ordered)
             contact.store_bristles(bristle, near, near_count, held)
             near_knots, near_count, search_in = contact.find_candidates(
                 knot_pos, mu_pos, debris, debris_matrix, numbers, speed, near, squared, ordered, along, near_flags,
@@ -186,14 +181,20 @@ def advance_scenario(
             for axis in range(3):
                 mu_force[m, axis] = thrust[m, axis]
         if any_external:
-            follow_targets(numbers, external, step * dt, target_pos, target_vel, mu_pos, mu_vel, mu_force)
-        mu_threads(knot_pos, knot_vel, mu_pos, mu_vel, numbers, mu_knot, mu_thread, mu_force, pulls)
+            follow_targets(
+                arrays.coupling_stiffness, arrays.coupling_damping, external, step * dt, target_pos, target_vel,
+                mu_pos, mu_vel, mu_force,
+            )  # fmt: skip
+        mu_threads(knot_pos, knot_vel, mu_pos, mu_vel, mu_knot, mu_thread, mu_stiffness, mu_damping, mu_force, pulls)
         if closing:
-            rigid_body.angular_rate(chaser, chaser_matrix, numbers.chaser_inertia, numbers.chaser_inertia, rate)
-            tether_force(knot_pos, knot_vel, chaser, chaser_matrix, rate, numbers, tether_length, tether_pull, torque)
+            if center >= 0:
+                rigid_body.angular_rate(chaser, chaser_matrix, numbers.chaser_inertia, numbers.chaser_inertia, rate)
+                tether_force(
+                    knot_pos, knot_vel, chaser, chaser_matrix, rate, numbers, tether_length, tether_pull, torque
+                )
             pairs.pair_forces(
-                knot_pos, knot_vel, mu_pos, mu_vel, all_pairs, pair_length, locked, winch_length, joint_damping,
-                numbers, pair_span, pair_forces,
+                knot_pos, knot_vel, mu_pos, mu_vel, all_pairs, arrays.pair_winch, arrays.winch_begin, pair_length,
+                locked, winch_length, joint_damping, numbers, pair_span, pair_forces,
             )  # fmt: skip
         contacts = 0
         if near_count:
@@ -212,45 +213,37 @@ def advance_scenario(
             )
 
         # 3. Velocities. The net's threads come first, because they find their forces themselves.
-        if dense_for == 0:
-            threads.flag_taut(x, y, z, numbers.mesh, row_flags, column_flags)
-            rows = listed(row_flags, row_blocks, busy, taut_rows)
-            columns = listed(column_flags, column_blocks, busy, taut_columns)
-            dense_for = threads.DENSE_STEPS if rows + columns > threads.DENSE_FROM else 0
-        if dense_for == 0:
-            threads.apply_taut(knot_pos, knot_vel, taut_rows, rows, taut_columns, columns, numbers, kick, taut_work)
-        else:
-            threads.apply_all(knot_pos, knot_vel, numbers, kick, row_force, column_force)
-            dense_for -= 1
+        net.apply(threads, thread_work, knot_pos, knot_vel, kick, dt)
         for m in range(mus):
             knot = mu_knot[m]
             for axis in range(3):
                 knot_vel[axis, knot] += kick[knot] * pulls[m, axis]
         if closing:
-            for axis in range(3):
-                knot_vel[axis, CENTRAL_KNOT] += kick[CENTRAL_KNOT] * pulls[mus, axis]
-                force[axis] = -pulls[mus, axis]
-            rigid_body.kick(chaser, numbers.chaser_mass, force, torque, dt)
-            pairs.apply(all_pairs, pair_forces, kick, knot_vel, mu_force)
+            if center >= 0:
+                for axis in range(3):
+                    knot_vel[axis, center] += kick[center] * pulls[mus, axis]
+                    force[axis] = -pulls[mus, axis]
+                rigid_body.kick(chaser, numbers.chaser_mass, force, torque, dt)
+            pairs.apply(all_pairs, pair_forces, kick, knots, knot_vel, mu_force)
         if near_count:
-            contact.react(near, held, touching, touching_knots, touching_count, work, kick, knot_vel, mu_force)
+            contact.react(near, held, touching, touching_knots, touching_count, work, kick, knots, knot_vel, mu_force)
             rigid_body.kick(debris, numbers.debris_mass, debris_force, debris_torque, dt)
 
         # 4. Positions.
-        threads.drift(knot_pos, knot_vel, dt)
+        drift(knot_pos, knot_vel, knots, dt)
         for m in range(mus):
             for axis in range(3):
-                mu_vel[m, axis] += dt / numbers.mu_mass * mu_force[m, axis]
+                mu_vel[m, axis] += dt * mu_force[m, axis] * mu_inverse_mass[m]
                 mu_pos[m, axis] += dt * mu_vel[m, axis]
         if near_count:
-            rigid_body.creep(debris, debris_matrix, numbers.debris_across, numbers.debris_along, dt)
+            rigid_body.small_rotation_step(debris, debris_matrix, numbers.debris_across, numbers.debris_along, dt)
         else:
             coasted += 1
         if closing:
-            rigid_body.creep(chaser, chaser_matrix, numbers.chaser_inertia, numbers.chaser_inertia, dt)
+            rigid_body.small_rotation_step(chaser, chaser_matrix, numbers.chaser_inertia, numbers.chaser_inertia, dt)
 
     contact.store_bristles(bristle, near, near_count, held)
-    all_knot_pos[:], all_knot_vel[:] = knot_pos[:, :KNOTS], knot_vel[:, :KNOTS]
+    all_knot_pos[:], all_knot_vel[:] = knot_pos[:, :knots], knot_vel[:, :knots]
     if coasted:
         rigid_body.drift_body(debris, debris_matrix, numbers.debris_across, numbers.debris_along, coasted * dt)
     if not closing:
@@ -259,28 +252,31 @@ def advance_scenario(
 
 
 @kernel
-def begin_closing(numbers, all_pairs, knot_pos, mu_pos, chaser, pair_length, locked, winch_length):
-    """Lock the main tether at its present length, and the winches' threads. Returns the
-    tether's length [m].
+def begin_closing(numbers, arrays, knot_pos, mu_pos, chaser, pair_length, locked, winch_length):
+    """Lock the main tether at its present length, and the winches' threads. Returns the tether's length [m], 0 where
+    there is none.
     """
     winch_length[:] = 0.0
+    all_pairs, center = arrays.pairs, numbers.center_node
     for r in range(len(all_pairs)):
-        pair_length[r] = pairs.distance(knot_pos, mu_pos, all_pairs[r, 0], all_pairs[r, 1])
+        pair_length[r] = pairs.distance(knot_pos, mu_pos, numbers.knots, all_pairs[r, 0], all_pairs[r, 1])
         locked[r] = False
-        if len(winch_length):
-            winch_length[r * len(winch_length) // len(all_pairs)] += pair_length[r]
+        if arrays.pair_winch[r] >= 0:
+            winch_length[arrays.pair_winch[r]] += pair_length[r]
+    if center < 0:
+        return 0.0
     matrix = np.zeros((3, 3))
     rigid_body.rotation_matrix(chaser, matrix)
     squared = 0.0
     for axis in range(3):
         anchor = chaser[axis] + matrix[axis, 2] * numbers.tether_anchor
-        squared += (anchor - knot_pos[axis, CENTRAL_KNOT]) * (anchor - knot_pos[axis, CENTRAL_KNOT])
+        squared += (anchor - knot_pos[axis, center]) * (anchor - knot_pos[axis, center])
     return math.sqrt(squared)
 
 
-@outer
+@entry_point
 def advance(
-    numbers, arrays, steps, chosen, thrust, external, target_pos, target_vel,
+    numbers, arrays, threads, steps, chosen, thrust, external, target_pos, target_vel,
     knot_pos, knot_vel, mu_pos, mu_vel, bodies, bristle, closing, pair_length, locked, winch_length,
     tether_length, contacts,
 ):  # fmt: skip
@@ -289,7 +285,7 @@ def advance(
     """
     for b in chosen:
         contacts[b] = advance_scenario(
-            numbers, arrays, steps, thrust[b], external[b], target_pos[b], target_vel[b],
+            numbers, arrays, threads, steps, thrust[b], external[b], target_pos[b], target_vel[b],
             knot_pos[b], knot_vel[b], mu_pos[b], mu_vel[b], bodies[b], bristle[b],
             closing[b], pair_length[b], locked[b], winch_length[b], tether_length[b],
         )  # fmt: skip

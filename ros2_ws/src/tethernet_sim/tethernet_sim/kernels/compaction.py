@@ -1,14 +1,14 @@
-"""Listing what is flagged."""
+"""Compaction: the indices of what is flagged."""
 
 from __future__ import annotations
 
 import numpy as np
 
-from tethernet_sim.kernels.options import leaf
+from tethernet_sim.kernels.options import inlined
 
 
-@leaf
-def listed(flags, blocks, busy, found):
+@inlined
+def compact_indices(flags, blocks, busy, found):
     """List where ``flags`` are set. Return how many are listed.
 
     Without branches on single flags: which threads are taut changes so often that a processor guesses wrong (three
