@@ -13,6 +13,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
+from ..rotation import matrix
 from .registry import shape_from
 from .shape import (
     LARGEST_M,
@@ -73,14 +74,7 @@ class Part:
     @functools.cached_property
     def matrix(self) -> np.ndarray:
         """Part to compound, shape (3, 3)."""
-        x, y, z, w = self.attitude
-        return np.array(
-            [
-                [1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y - w * z), 2.0 * (x * z + w * y)],
-                [2.0 * (x * y + w * z), 1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z - w * x)],
-                [2.0 * (x * z - w * y), 2.0 * (y * z + w * x), 1.0 - 2.0 * (x * x + y * y)],
-            ]
-        )
+        return matrix(self.attitude)
 
     def to_part(self, points: np.ndarray) -> np.ndarray:
         """Points of the compound's frame in the part's [m], shape (..., 3)."""
