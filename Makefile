@@ -44,10 +44,10 @@ bench:
 	@set -e; for name in $(BENCH); do echo "benchmark $$name"; $(SETUP) bench -- -m benchmarks.$$name $(BENCH_ARGS); done
 
 evaluate:
-	$(SETUP) mission -- -m tethernet_learning.evaluation.evaluate_policies $(EVALUATE_ARGS)
+	$(SETUP) mission -- -m tethernet_bringup.cli evaluate policies $(EVALUATE_ARGS)
 
 cards:
-	$(SETUP) mission -- -m tethernet_learning.evaluation.renew_cards
+	$(SETUP) mission -- -m tethernet_bringup.cli models cards
 
 lock:
 	$(PYTHON) -m bootstrap.pins

@@ -3,15 +3,14 @@
 import os
 import signal
 import subprocess
-import sys
 import time
 
 import pytest
 
+from tests.command import COMMAND, tethernet
 from tethernet_learning.campaigns import chunks as flight
 from tethernet_learning.campaigns import tables
 from tethernet_learning.campaigns.cases import outcome_columns
-from tethernet_learning.campaigns.cli import main
 from tethernet_sim.fly import fly_many
 
 SHORT = ["--set", "mission.trigger_distance_m=50", "mission.capture_duration_s=1", "mission.debris_far_m=45"]
@@ -24,8 +23,8 @@ def read(path):
 
 def test_a_killed_campaign_goes_on_to_the_same_file(tmp_path, capsys):
     whole, killed = tmp_path / "whole.parquet", tmp_path / "killed.parquet"
-    assert main([*SIX, "--output", str(whole)]) == 0
-    command = [sys.executable, "-m", "tethernet_learning.campaigns", *SIX, "--output", str(killed)]
+    assert tethernet("campaign", *SIX, "--output", str(whole)) == 0
+    command = [*COMMAND, "campaign", *SIX, "--output", str(killed)]
     process = subprocess.Popen(command, stderr=subprocess.PIPE, stdout=subprocess.DEVNULL, text=True)
     for line in process.stderr:
         if line.startswith("2 of 6 flown"):
@@ -37,23 +36,23 @@ def test_a_killed_campaign_goes_on_to_the_same_file(tmp_path, capsys):
     assert 2 <= kept < 6
     assert not killed.exists()
     capsys.readouterr()
-    assert main([*SIX, "--output", str(killed)]) == 0
+    assert tethernet("campaign", *SIX, "--output", str(killed)) == 0
     assert f"6 missions, {kept} flown before" in capsys.readouterr().err
     assert killed.read_bytes() == whole.read_bytes()
     assert [row["mus"] for row in read(killed)] == [4, 4, 4, 8, 8, 8]
 
     began = time.monotonic()
-    assert main([*SIX, "--output", str(killed)]) == 0  # nothing to do
+    assert tethernet("campaign", *SIX, "--output", str(killed)) == 0  # nothing to do
     assert "flown" not in capsys.readouterr().err
     assert time.monotonic() - began < 1.0
-    assert main([*SIX, "--output", str(killed), "--seed", "4"]) == 2
+    assert tethernet("campaign", *SIX, "--output", str(killed), "--seed", "4") == 2
     assert "source.seed: 3 in the file, 4 now" in capsys.readouterr().err
 
 
 def test_outcomes_flown_again_from_their_file_are_the_same(tmp_path):
     first, again = tmp_path / "first.csv", tmp_path / "again.parquet"
-    assert main(["loss", "--scenarios", "1", *SHORT, "--output", str(first)]) == 0
-    assert main(["file", "--scenarios", str(first), *SHORT, "--output", str(again)]) == 0
+    assert tethernet("campaign", "loss", "--scenarios", "1", *SHORT, "--output", str(first)) == 0
+    assert tethernet("campaign", "file", "--scenarios", str(first), *SHORT, "--output", str(again)) == 0
     assert read(again) == read(first)
     assert {row["group"] for row in read(first)} == {row["failure_kind"] for row in read(first)}
 
@@ -69,7 +68,7 @@ def test_a_mission_that_fails_spoils_no_other(tmp_path, monkeypatch, capsys):
     scenarios.write_text("mus,debris_position_x,debris_position_y,debris_position_z\n8,0,0,-50\n8,0,0,-59\n8,1,0,-50\n")
     monkeypatch.setattr(flight, "fly_many", fragile)
     output = tmp_path / "out.csv"
-    assert main(["file", "--scenarios", str(scenarios), *SHORT, "--output", str(output)]) == 0
+    assert tethernet("campaign", "file", "--scenarios", str(scenarios), *SHORT, "--output", str(output)) == 0
     assert [row["error"] for row in read(output)] == [None, "FloatingPointError: too far", None]
     assert read(output)[1]["captured"] is False
     assert "3 of 3 flown, 1 in error" in capsys.readouterr().err
@@ -86,7 +85,7 @@ def test_an_interrupt_keeps_what_is_flown(tmp_path, monkeypatch, capsys):
         return fly_many(scenarios, settings)
 
     monkeypatch.setattr(flight, "fly_many", interrupted)
-    assert main([*SIX, "--output", str(tmp_path / "out.csv")]) == 130
+    assert tethernet("campaign", *SIX, "--output", str(tmp_path / "out.csv")) == 130
     assert "2 of 6 missions are kept, the same command goes on" in capsys.readouterr().err
     assert len((tmp_path / "out.csv.part").read_text().splitlines()) == 2
 
@@ -94,14 +93,14 @@ def test_an_interrupt_keeps_what_is_flown(tmp_path, monkeypatch, capsys):
 def test_maps_and_tables_are_made_from_files(tmp_path, capsys):
     output = str(tmp_path / "out.parquet")
     few = ["tumble", "--rates", "0", "5", "--axes", "2", "--each", "1", "--mus", "8", "--attitude", "random"]
-    assert main([*few, *SHORT, "--output", output]) == 0
+    assert tethernet("campaign", *few, *SHORT, "--output", output) == 0
     capsys.readouterr()
-    assert main(["table", output]) == 0
+    assert tethernet("campaign", "table", output) == 0
     lines = capsys.readouterr().out.splitlines()
     assert [line.split()[2:5] for line in lines[1:]] == [["0", "deg/s", "2"], ["5", "deg/s", "2"]]
     for kind in ("attitude", "tumble"):
         picture = tmp_path / f"{kind}.png"
-        assert main(["plot", kind, output, "--output", str(picture)]) == 0
+        assert tethernet("campaign", "plot", kind, output, "--output", str(picture)) == 0
         assert picture.read_bytes().startswith(b"\x89PNG")
 
 
@@ -124,10 +123,6 @@ def test_maps_and_tables_are_made_from_files(tmp_path, capsys):
 )
 def test_wrong_arguments_are_explained(words, told, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
-    try:
-        status = main(words)
-    except SystemExit as ended:
-        status = ended.code
-    assert status == 2
+    assert tethernet("campaign", *words) == 2
     assert told in capsys.readouterr().err
     assert not os.listdir(tmp_path)  # noqa: PTH208

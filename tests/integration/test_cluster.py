@@ -12,14 +12,13 @@ import time
 import psutil
 import pytest
 
+from tests.command import tethernet
 from tethernet_learning import workers
 from tethernet_learning.campaigns import tables
 from tethernet_learning.campaigns.cases import outcome_columns
 from tethernet_learning.campaigns.chunks import fly_chunks
-from tethernet_learning.campaigns.cli import main as campaign
 from tethernet_learning.campaigns.variations import random_positions
 from tethernet_learning.data import make_data
-from tethernet_learning.evaluation import evaluate_policies
 from tethernet_sim.fly import Settings
 
 SHORT = {"trigger_distance_m": 50.0, "capture_duration_s": 1.0}
@@ -120,13 +119,12 @@ def test_one_of_two_worker_processes_is_killed_half_way_and_nothing_is_lost(clus
 def test_commands_give_the_same_files_on_the_cluster(cluster, short, tmp_path, monkeypatch):
     monkeypatch.setattr(make_data, "PART", 2)
     for name, where in (("here", []), ("there", ["--cluster", cluster.address])):
-        assert (
-            make_data.main(["--mus", "8", "--train", "3", "--test", "2", "--output", str(tmp_path / name), *where]) == 0
-        )
+        words = ["--mus", "8", "--train", "3", "--test", "2", "--output", str(tmp_path / name)]
+        assert tethernet("data", "make", *words, *where) == 0
         words = ["--scenarios", "3", "--policy", "nominal", "--chunk", "2", "--output", str(tmp_path / f"e_{name}")]
-        assert evaluate_policies.main([*words, *where]) == 0
+        assert tethernet("evaluate", "policies", *words, *where) == 0
         words = ["random", "--scenarios", "3", "--mus", "4", "--chunk", "1", "--output", str(tmp_path / f"{name}.csv")]
-        assert campaign([*words, *where]) == 0
+        assert tethernet("campaign", *words, *where) == 0
     for one, other in (("here/train.parquet", "there/train.parquet"), ("here.csv", "there.csv")):
         assert (tmp_path / one).read_bytes() == (tmp_path / other).read_bytes()
     assert (tmp_path / "e_here/outcomes.csv").read_bytes() == (tmp_path / "e_there/outcomes.csv").read_bytes()
@@ -142,7 +140,7 @@ def test_what_a_task_raises_is_raised_here(cluster):
 def test_without_ray_or_without_a_cluster_it_says_what_to_do(monkeypatch, capsys, tmp_path):
     words = ["--scenarios", "1", "--policy", "nominal", "--output", str(tmp_path), "--cluster"]
     monkeypatch.setitem(sys.modules, "ray", None)
-    assert evaluate_policies.main([*words, "127.0.0.1:6379"]) == 1
+    assert tethernet("evaluate", "policies", *words, "127.0.0.1:6379") == 1
     assert "needs Ray" in (said := capsys.readouterr().err)
     assert "bootstrap cluster" in said
 
@@ -150,7 +148,7 @@ def test_without_ray_or_without_a_cluster_it_says_what_to_do(monkeypatch, capsys
 def test_nobody_at_the_address(capsys, tmp_path):
     pytest.importorskip("ray")
     words = ["--scenarios", "1", "--policy", "nominal", "--output", str(tmp_path), "--cluster"]
-    assert evaluate_policies.main([*words, f"127.0.0.1:{free_port()}"]) == 1
+    assert tethernet("evaluate", "policies", *words, f"127.0.0.1:{free_port()}") == 1
     assert "nobody answers" in capsys.readouterr().err
-    assert evaluate_policies.main([*words, "here"]) == 1
+    assert tethernet("evaluate", "policies", *words, "here") == 1
     assert "allowed: HOST:PORT, ray://HOST:PORT or auto" in capsys.readouterr().err

@@ -1,34 +1,16 @@
-"""The evaluation command."""
-
-import json
-
-import pytest
+"""Scenarios and records of what is flown."""
 
 from tests.physics import diverging
 from tethernet_core.parameters import load
 from tethernet_core.settings import MissionParameters
 from tethernet_learning.campaigns.cases import aim
 from tethernet_learning.campaigns.chunks import fly_cases
-from tethernet_learning.campaigns.fly_scenarios import main, records
+from tethernet_learning.campaigns.records import records
 from tethernet_learning.campaigns.variations import random_positions
 from tethernet_planner import policies
 from tethernet_sim.fly import Settings
 
 RULES = load(MissionParameters)
-
-
-def test_writes_statistics_and_every_record(tmp_path, capsys):
-    target = tmp_path / "result.json"
-    assert main(["--mus", "8", "--scenarios", "2", "--seed", "3", "--output", str(target)]) == 0
-    result = json.loads(target.read_text())
-    assert result["success_rate"] == 1.0
-    assert result["locked_pairs"] == {"8": 2}
-    assert result["errors"] == 0
-    assert len(result["scenarios"]) == 2
-    flown = [record["outcome"]["fuel_kg"] for record in result["scenarios"]]
-    assert result["fuel_per_mu_kg"] == pytest.approx(sum(map(sum, flown)) / 16)
-    assert "captured          100.0 %" in capsys.readouterr().out
-    assert [p.name for p in tmp_path.iterdir()] == ["result.json"]
 
 
 def test_one_seed_gives_one_list_within_the_papers_bounds():
@@ -71,11 +53,3 @@ def test_a_policy_that_fails_at_one_scenario_costs_that_one_only(monkeypatch):
     assert "not there" in first["error"]
     assert not first["captured"]
     assert second["error"] == ""
-
-
-@pytest.mark.parametrize("wrong", [["--mus", "5"], ["--mus", "8", "--scenarios", "0"], ["--mus", "8", "--policy", "x"]])
-def test_wrong_arguments_are_explained(wrong, capsys):
-    with pytest.raises(SystemExit) as ended:
-        main(wrong)
-    assert ended.value.code == 2
-    assert wrong[-1] in capsys.readouterr().err

@@ -1,7 +1,6 @@
 """The same scenarios under different settings."""
 
-import pytest
-
+from tests.command import tethernet
 from tethernet_core.parameters import load
 from tethernet_core.settings import ControlParameters, MissionParameters
 from tethernet_learning.campaigns import sweep
@@ -25,21 +24,21 @@ def test_a_sweep_goes_on_where_it_stood_and_makes_a_table(tmp_path, capsys, monk
     short = {"a": Settings.load(mission={"give_up_s": 2.0}), "b": Settings.load(mission={"give_up_s": 3.0})}
     monkeypatch.setattr(sweep, "option_settings", lambda: short)
     words = ["options", "--mus", "8", "--scenarios", "2", "--output", str(tmp_path)]
-    assert sweep.main(words) == 0
+    assert tethernet("campaign", "sweep", *words) == 0
     lines = (tmp_path / "options_8mu.md").read_text().splitlines()
     assert lines[2].startswith("| a | 0 % | 0.0")
     assert len(lines) == 4
     written = {path.name: path.stat().st_mtime_ns for path in tmp_path.glob("*.csv")}
     assert len(written) == 2
-    assert sweep.main(words) == 0
+    assert tethernet("campaign", "sweep", *words) == 0
     assert {path.name: path.stat().st_mtime_ns for path in tmp_path.glob("*.csv")} == written, "nothing is flown again"
     capsys.readouterr()
-    assert sweep.main([*words[:4], "3", *words[5:]]) == 2
-    assert "sweep: " in capsys.readouterr().err
+    assert tethernet("campaign", "sweep", *words[:4], "3", *words[5:]) == 2
+    assert "tethernet campaign sweep: error: " in capsys.readouterr().err
 
 
 def test_wrong_words_are_explained(capsys):
-    with pytest.raises(SystemExit) as ended:
-        sweep.main(["options", "--scenarios", "0", "--output", "x"])
-    assert ended.value.code == 2
-    assert "1 or more" in capsys.readouterr().err
+    assert tethernet("campaign", "sweep", "options", "--scenarios", "0", "--output", "x") == 2
+    assert "0: allowed: a whole number from 1" in capsys.readouterr().err
+    assert tethernet("campaign", "sweep", "winch", "--mus", "8", "--output", "x") == 2
+    assert "zenit_8mu: closes by docking; allowed with winch: zenit_4mu" in capsys.readouterr().err

@@ -8,16 +8,14 @@ import statistics
 import pytest
 
 from tests import tiny_models
+from tests.command import tethernet
 from tethernet_learning import seeds
 from tethernet_learning.campaigns.cases import Case
 from tethernet_learning.campaigns.chunks import failed
 from tethernet_learning.campaigns.report import read, table
-from tethernet_learning.evaluation import evaluate_policies
-from tethernet_learning.evaluation import install_model as ship
 from tethernet_learning.evaluation import policy_scores as evaluation
 from tethernet_learning.evaluation import report as evaluation_report
 from tethernet_learning.evaluation.comparison import compare
-from tethernet_learning.policies import measure_widths
 from tethernet_learning.random_scenarios import random_scenarios
 from tethernet_planner import policies
 from tethernet_planner.inference import shipped_models
@@ -79,7 +77,7 @@ def test_both_fly_the_same_unseen_scenarios_with_the_same_noise(short):
 def test_one_command_compares_both_designs_and_writes_everything(tmp_path, short, capsys):
     files = [tiny_models.policy(tmp_path / f"p{mus}.safetensors", mus) for mus in (4, 8)]
     words = ["--scenarios", "2", "--policy", *map(str, files), "--output", str(tmp_path / "out")]
-    assert evaluate_policies.main(words) == 0
+    assert tethernet("evaluate", "policies", *words) == 0
     printed = capsys.readouterr().out
     assert "| 4 MUs, 2 scenarios | nominal |" in printed
     assert "the paper's trained policy" in printed
@@ -107,14 +105,14 @@ def test_parameters_are_replaced_for_the_nominal_points_and_the_policy_alike(tmp
     found = {}
     for ratio in (0.05, 0.08):
         chosen = ["--set", *short, f"physics.thread_damping_ratio={ratio}"]
-        assert evaluate_policies.main([*words, str(tmp_path / str(ratio)), *chosen]) == 0
+        assert tethernet("evaluate", "policies", *words, str(tmp_path / str(ratio)), *chosen) == 0
         result = json.loads((tmp_path / str(ratio) / "evaluation.json").read_text())
         assert result["set"] == chosen[1:]
         flown = result["designs"]["8"]["policies"]
         found[ratio] = [flown[name]["scenarios"][0]["outcome"]["cqi"] for name in ("nominal", str(file))]
     assert all(a != b for a, b in zip(*found.values(), strict=True))
     capsys.readouterr()
-    assert evaluate_policies.main([*words, str(tmp_path / "no"), "--set", "physics.damping=1"]) == 2
+    assert tethernet("evaluate", "policies", *words, str(tmp_path / "no"), "--set", "physics.damping=1") == 2
     assert "has no parameter 'damping'" in capsys.readouterr().err
     assert not (tmp_path / "no").exists()
 
@@ -139,7 +137,7 @@ def test_both_indices_stand_in_the_table_with_how_many_are_below_the_threshold(s
 def test_wrong_policies_are_explained_before_anything_flies(tmp_path, capsys, words, message):
     four = str(tiny_models.policy(tmp_path / "four.safetensors", 4))
     words = [four if word == "FOUR" else word for word in words]
-    assert evaluate_policies.main([*words, "--output", str(tmp_path / "out")]) == 2
+    assert tethernet("evaluate", "policies", *words, "--output", str(tmp_path / "out")) == 2
     assert message in capsys.readouterr().err
     assert not (tmp_path / "out").exists()
 
@@ -149,8 +147,8 @@ def test_shipping_puts_a_model_where_its_name_looks_for_it_with_a_card(tmp_path,
     (tmp_path / "history.png").write_bytes(b"a picture")
     out = tmp_path / "out"
     words = ["--mus", "8", "--scenarios", "2", "--output", str(out)]
-    assert evaluate_policies.main([*words, "--policy", str(policy)]) == 0
-    assert ship.main([str(policy), "--evaluation", str(out / "evaluation.json")]) == 0
+    assert tethernet("evaluate", "policies", *words, "--policy", str(policy)) == 0
+    assert tethernet("models", "install", str(policy), "--evaluation", str(out / "evaluation.json")) == 0
     policies.check("rl", 8)
     card = (shipped_models.FOLDER / "policy_8mus.md").read_text()
     for words in (
@@ -161,30 +159,29 @@ def test_shipping_puts_a_model_where_its_name_looks_for_it_with_a_card(tmp_path,
     ):
         assert words in card
     assert (shipped_models.FOLDER / "policy_8mus.png").read_bytes() == b"a picture"
-    assert ship.main([str(tiny_models.surrogate(tmp_path / "surrogate.safetensors", 4))]) == 0
+    assert tethernet("models", "install", str(tiny_models.surrogate(tmp_path / "surrogate.safetensors", 4))) == 0
     assert "# surrogate_4mus" in (shipped_models.FOLDER / "surrogate_4mus.md").read_text()
     (tmp_path / "noise.safetensors").write_bytes(b"noise")
     capsys.readouterr()
-    assert ship.main([str(tmp_path / "noise.safetensors")]) == 2
+    assert tethernet("models", "install", str(tmp_path / "noise.safetensors")) == 2
     assert "cannot be read as a model" in capsys.readouterr().err
 
 
 def test_a_card_with_the_scores_of_another_policy_is_refused(tmp_path, short, capsys):
     flown, other = (tiny_models.policy(tmp_path / f"{dx}.safetensors", 8, dx) for dx in (0.5, 1.0))
     out = tmp_path / "out"
-    assert evaluate_policies.main(["--mus", "8", "--scenarios", "1", "--policy", str(flown), "--output", str(out)]) == 0
-    assert ship.main([str(other), "--evaluation", str(out / "evaluation.json")]) == 2
+    assert tethernet("evaluate", "policies", "--mus", 8, "--scenarios", 1, "--policy", flown, "--output", out) == 0
+    assert tethernet("models", "install", str(other), "--evaluation", str(out / "evaluation.json")) == 2
     assert "has not flown this policy" in capsys.readouterr().err
     assert not shipped_models.place("policy", 8).exists()
 
 
 def test_narrow_aiming_points_come_late_and_burn_less(capsys):
-    assert measure_widths.main(["--mus", "4", "--scenarios", "1", "--factors", "0.9", "1"]) == 0
+    assert tethernet("evaluate", "widths", "--mus", "4", "--scenarios", "1", "--factors", "0.9", "1") == 0
     narrow, nominal = (
         [float(cell) for cell in row.split("|")[3:7]] for row in capsys.readouterr().out.splitlines()[2:]
     )
     assert narrow[2] > nominal[2] + 0.5  # the trigger
     assert narrow[0] < 0.9 * nominal[0]  # the fuel
     assert narrow[3] < nominal[3]  # the mouth
-    with pytest.raises(SystemExit):
-        measure_widths.main(["--mus", "4", "--factors", "-1"])
+    assert tethernet("evaluate", "widths", "--mus", "4", "--factors", "-1") == 2

@@ -6,6 +6,7 @@ import json
 import numpy as np
 import pytest
 
+from tests.command import tethernet
 from tethernet_core.capture_quality import QualityParameters
 from tethernet_core.parameters import load
 from tethernet_learning.data import data_set, make_data, measure_repeatability
@@ -204,7 +205,7 @@ def test_wrong_files_are_explained(spoil, tmp_path):
 def test_a_data_set_is_made_described_resumed_and_not_mixed(tmp_path, capsys):
     parquet = pytest.importorskip("pyarrow.parquet")
     words = ["--mus", "4", "--train", "2", "--test", "1", "--output", str(tmp_path / "d")]
-    assert make_data.main(words) == 0
+    assert tethernet("data", "make", *words) == 0
     form = parquet.read_schema(tmp_path / "d" / "train.parquet")
     assert set(form.names) == set(data_set.COLUMNS)
     assert all(form.field(name).metadata[b"description"] for name in form.names)
@@ -217,9 +218,9 @@ def test_a_data_set_is_made_described_resumed_and_not_mixed(tmp_path, capsys):
     for field in dataclasses.fields(data_set.Captures):
         assert np.array_equal(getattr(same, field.name), getattr(captures, field.name)), field.name
     before = (tmp_path / "d" / "train.parts" / "000000.parquet").stat().st_mtime_ns
-    assert make_data.main(words) == 0
+    assert tethernet("data", "make", *words) == 0
     assert (tmp_path / "d" / "train.parts" / "000000.parquet").stat().st_mtime_ns == before
-    assert make_data.main([*words, "--seed", "1"]) == 2
+    assert tethernet("data", "make", *words, "--seed", "1") == 2
     assert "seed: there 0, asked for 1" in capsys.readouterr().err
 
 

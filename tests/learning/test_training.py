@@ -1,6 +1,7 @@
 """Training: one seed gives one policy, killed or not; what is exported answers as what was trained."""
 
 import base64
+import functools
 import json
 import pickle
 import re
@@ -13,9 +14,10 @@ import pytest
 pytest.importorskip("stable_baselines3")
 
 import tethernet_planner
+from tests.command import tethernet
 from tests.learning.pretended import Pretended
 from tethernet_learning import run_folder
-from tethernet_learning.policies import history, offset_search, optimise_offsets, train_policy
+from tethernet_learning.policies import history, offset_search, train_policy
 from tethernet_learning.policies.ppo import PpoSettings
 from tethernet_learning.policies.reward import Reward
 from tethernet_planner.inference import model_file
@@ -190,13 +192,12 @@ def test_the_search_finds_the_offsets_killed_or_not(tmp_path):
 
 def test_the_commands_explain_what_is_wrong(tmp_path, capsys):
     words = ["--mus", "4", "--output", str(tmp_path / "run")]
-    for main in (train_policy.main, optimise_offsets.main):
-        with pytest.raises(SystemExit) as ended:
-            main(words)
-        assert ended.value.code == 2
+    for name in ("policy", "offsets"):
+        train = functools.partial(tethernet, "train", name)
+        assert train(*words) == 2
         assert "needs --surrogate" in capsys.readouterr().err
-        assert main([*words, "--surrogate", str(tmp_path / "none.safetensors")]) == 2
+        assert train(*words, "--surrogate", str(tmp_path / "none.safetensors")) == 2
         assert "none.safetensors cannot be read" in capsys.readouterr().err
-        assert main([*words, "--source", "full", "--episodes", "7"]) == 2
+        assert train(*words, "--source", "full", "--episodes", "7") == 2
         assert "allowed" in capsys.readouterr().err
     assert not (tmp_path / "run").exists()

@@ -20,7 +20,7 @@ from tethernet_ros.qos import CONTROL, RECORD, STATE
 from .graph import PATIENCE_S
 
 DRIVER = "examples/mu_driver.py"
-CHECK = "tethernet_control.check_driver"
+CHECK = ("-m", "tethernet_bringup.cli", "check-driver")
 PERIOD = 50_000_000
 
 BAD_DRIVER = """
@@ -117,7 +117,7 @@ def test_odometry_says_everything_the_contract_asks_for(probe, processes):
 @pytest.mark.parametrize("clock", ["own", "sim"])
 def test_the_example_driver_passes_the_check(processes, clock):
     processes.start("driver", DRIVER, "--mu", "3", "--clock", clock)
-    check = processes.start("check", "-m", CHECK, "--mu", "3", "--clock", clock, "--duration", "2", "--push", "0.5")
+    check = processes.start("check", *CHECK, "--mu", "3", "--clock", clock, "--duration", "2", "--push", "0.5")
     assert check.wait() == 0, check.output
     assert "21 of 21 checks passed for the driver of MU 3" in check.output
 
@@ -127,7 +127,7 @@ def test_the_check_finds_a_bad_driver(processes, tmp_path):
     program.write_text(BAD_DRIVER)
     processes.start("bad_driver", str(program))
     arguments = ["--mu", "3", "--duration", "2", "--no-thrust"]
-    check = processes.start("check", "-m", CHECK, *arguments, expected=1)
+    check = processes.start("check", *CHECK, *arguments, expected=1)
     assert check.wait() == 1
     failed = [line for line in check.output.splitlines() if line.startswith("FAIL")]
     for words in (
@@ -141,14 +141,16 @@ def test_the_check_finds_a_bad_driver(processes, tmp_path):
 
 
 def test_the_check_tells_of_a_driver_that_is_not_there(processes):
-    check = processes.start("check", "-m", CHECK, "--mu", "3", "--wait", "0.5", expected=1)
+    check = processes.start("check", *CHECK, "--mu", "3", "--wait", "0.5", expected=1)
     assert check.wait() == 1
     assert "FAIL  odometry arrives on /mu3/odom" in check.output
 
 
-@pytest.mark.parametrize("arguments", [["--mu", "9"], ["--mu", "3", "--thrust", "6"], ["--mu", "3", "--push", "0"], []])
+@pytest.mark.parametrize(
+    "arguments", [["--mu", "25"], ["--mu", "3", "--thrust", "6"], ["--mu", "3", "--push", "0"], []]
+)
 def test_bad_usage_of_the_check_ends_with_status_2(processes, arguments):
-    assert processes.start("check", "-m", CHECK, *arguments, expected=2).wait() == 2
+    assert processes.start("check", *CHECK, *arguments, expected=2).wait() == 2
 
 
 def test_an_external_mu_flies_a_capture_and_the_net_feels_it(probe, processes):

@@ -14,6 +14,8 @@ import pytest
 from bootstrap.environment import pending
 from bootstrap.places import ROOT, venv_places
 from bootstrap.steps import PROFILES
+from tests.command import COMMAND, SCRIPT
+from tethernet_bringup.cli import tree
 from tethernet_bringup.mission.interrupts import Interrupts, MissionInterrupt
 from tethernet_bringup.mission.supervisor import NodeProcess, Supervisor, mission_environment
 from tethernet_bringup.mission.supervisor_settings import SupervisorParameters
@@ -27,17 +29,11 @@ NODES = {
     "recorder": "tethernet_bringup.recorder.recorder_node",
     "mu1_controller": "tethernet_control.controller_node",
 }
-COMMANDS = (
-    "tethernet_bringup.mission.command_line", "tethernet_bringup.analysis.command_line",
-    "tethernet_bringup.bags.salvage",
-    "tethernet_control.check_driver", "tethernet_sim.warm_up",
-    "tethernet_learning.campaigns.fly_scenarios", "tethernet_learning.campaigns", "tethernet_learning.campaigns.sweep",
-    *(f"tethernet_learning.{path.parent.name}.{path.stem}" for path in sorted(
-        (ROOT / "ros2_ws/src/tethernet_learning/tethernet_learning").glob("*/*.py")
-    ) if "__main__" in path.read_text() and path.parent.name != "campaigns"),
-)  # fmt: skip
-SCRIPTS = ("run_mission.py", "analyse_mission.py")
+MODULES = ("tethernet_bringup.mission.command_line", "tethernet_bringup.analysis.command_line", "tethernet_sim.warm_up")
+"""Started as ``python -m`` by scripts for users and by the set-up."""
 NO_COMMAND_LINE = {"tethernet_sim.warm_up"}
+SUBCOMMANDS = tuple(name.split()[1:] for name, _ in tree.leaves())
+SCRIPTS = ("run_mission.py", "analyse_mission.py")
 
 
 def trap(folder: Path, names: set[str]) -> Path:
@@ -83,17 +79,30 @@ def test_no_node_imports_from_the_working_folder(tmp_path, logs, monkeypatch, no
     assert not any(trace.exists() for trace in traces), [trace.read_text() for trace in traces if trace.exists()]
 
 
-@pytest.mark.parametrize("module", [module for module in COMMANDS if module not in NO_COMMAND_LINE])
-def test_no_command_imports_from_the_working_folder(tmp_path, module):
-    early = loaded_first(tmp_path)
+@pytest.mark.parametrize("module", [module for module in MODULES if module not in NO_COMMAND_LINE])
+def test_no_module_imports_from_the_working_folder(tmp_path, module):
+    refuses_without_importing_from(tmp_path, [sys.executable, "-m", module, "--no-such-flag"])
+
+
+@pytest.mark.parametrize("words", SUBCOMMANDS, ids=" ".join)
+def test_no_subcommand_imports_from_the_working_folder(tmp_path, words):
+    refuses_without_importing_from(tmp_path, [str(SCRIPT), *words, "--no-such-flag"])
+
+
+@pytest.mark.parametrize("words", [["--no-such-flag"], ["fyl"], ["train"]])
+def test_the_tree_of_commands_imports_nothing_from_the_working_folder(tmp_path, words):
+    refuses_without_importing_from(tmp_path, [str(SCRIPT), *words])
+    refuses_without_importing_from(tmp_path, [sys.executable, "-m", "tethernet_bringup.cli", *words])
+
+
+def refuses_without_importing_from(folder: Path, command: list[str]) -> None:
+    early = loaded_first(folder)
     # Before its first line Python looks for the module itself; whoever fears for that starts it with -P.
     first = {"__future__", *(name for name in every_name() if name.startswith("tethernet"))}
-    trace = trap(tmp_path, every_name() - early - first)
-    done = subprocess.run(
-        [sys.executable, "-m", module, "--no-such-flag"], cwd=tmp_path,
-        capture_output=True, text=True, timeout=PATIENCE_S, check=False,
-    )  # fmt: skip
+    trace = trap(folder, every_name() - early - first)
+    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, timeout=PATIENCE_S, check=False)
     assert done.returncode == 2, done.stderr
+    assert "error: " in done.stderr and "Traceback" not in done.stderr
     assert not trace.exists(), trace.read_text()
 
 
@@ -116,22 +125,29 @@ def test_no_script_imports_from_its_own_or_the_working_folder(tmp_path, script):
     assert not any(trace.exists() for trace in traces), [trace.read_text() for trace in traces if trace.exists()]
 
 
-@pytest.mark.parametrize("module", COMMANDS)
-def test_ctrl_c_while_a_command_imports_ends_it_without_a_traceback(tmp_path, module):
+def slow_imports(folder: Path) -> None:
+    """Libraries in whose import a signal comes for certain."""
     for name in ("numpy", "rclpy", "mcap"):
-        (tmp_path / f"{name}.py").write_text("import time\nprint('importing', flush=True)\ntime.sleep(600)\n")
-    arguments = {
-        "tethernet_bringup.analysis.command_line": ["/nowhere"],
-        "tethernet_bringup.bags.salvage": ["/nowhere"],
-        "tethernet_control.check_driver": ["--mu", "1"],
-        "tethernet_learning.campaigns": ["random"],
-    }
-    interrupt(tmp_path, [sys.executable, "-P", "-m", module, *arguments.get(module, [])])
+        (folder / f"{name}.py").write_text("import time\nprint('importing', flush=True)\ntime.sleep(600)\n")
+
+
+@pytest.mark.parametrize("module", MODULES)
+def test_ctrl_c_while_a_module_imports_ends_it_without_a_traceback(tmp_path, module):
+    slow_imports(tmp_path)
+    arguments = ["/nowhere"] if module == "tethernet_bringup.analysis.command_line" else []
+    interrupt(tmp_path, [sys.executable, "-P", "-m", module, *arguments])
+
+
+@pytest.mark.parametrize("words", SUBCOMMANDS, ids=" ".join)
+def test_ctrl_c_while_a_subcommand_imports_ends_it_without_a_traceback(tmp_path, words):
+    slow_imports(tmp_path)
+    example = tree.find(words)[0].load().examples[0]
+    interrupt(tmp_path, [*COMMAND, *words, *example.split()])
 
 
 @pytest.mark.parametrize("script", SCRIPTS)
 def test_ctrl_c_while_a_script_starts_ends_it_without_a_traceback(tmp_path, script):
-    (tmp_path / "numpy.py").write_text("import time\nprint('importing', flush=True)\ntime.sleep(600)\n")
+    slow_imports(tmp_path)
     if pending(venv_places(), PROFILES["mission"]):
         pytest.skip("the environment would be set up first")
     interrupt(tmp_path, [sys.executable, str(ROOT / script), *(["/nowhere"] if script == SCRIPTS[1] else [])])
@@ -166,7 +182,8 @@ CLOSED = {
         (["-m", "tethernet_bringup.mission.command_line", "--mus", "5"], {2}),
         (["-m", "tethernet_bringup.mission.command_line", "--params", "/nowhere"], {2}),
         (["-m", "tethernet_bringup.analysis.command_line", "/nowhere"], {1}),
-        (["-m", "tethernet_learning.campaigns.fly_scenarios", "--mus", "5"], {2}),
+        (["-m", "tethernet_bringup.cli", "fly", "--mus", "5"], {2}),
+        (["-m", "tethernet_bringup.cli", "salvage", "/nowhere"], {1}),
         ([str(ROOT / "run_mission.py"), "--mus", "5"], {2}),
     ],
 )

@@ -2,16 +2,16 @@
 
 import random
 import subprocess
-import sys
 
 import pytest
 import yaml
 from rosbags.highlevel import AnyReader
 
 from tests import toy_mission
+from tests.command import COMMAND, tethernet
 from tethernet_bringup.bags.errors import BagWriteError, NotABagError
 from tethernet_bringup.bags.reader import open_bag
-from tethernet_bringup.bags.salvage import main, salvage
+from tethernet_bringup.bags.salvage import salvage
 
 SHORT_S = 2.0
 
@@ -135,7 +135,7 @@ def test_default_output_is_beside_the_torn_bag(tmp_path, whole):
 def test_the_command_tells_what_was_recovered(tmp_path, whole, capsys):
     content, _ = whole
     folder = torn(tmp_path / "bag", content[: len(content) // 2])
-    assert main([str(folder), str(tmp_path / "out")]) == 0
+    assert tethernet("salvage", str(folder), str(tmp_path / "out")) == 0
     out = capsys.readouterr().out
     assert "recovered " in out
     assert "messages, 1.00 s to " in out
@@ -155,7 +155,7 @@ def test_the_command_tells_what_was_recovered(tmp_path, whole, capsys):
 )
 def test_what_is_no_bag_is_told(tmp_path, capsys, make, expected):
     make(tmp_path / "thing")
-    assert main([str(tmp_path / "thing")]) == 1
+    assert tethernet("salvage", str(tmp_path / "thing")) == 1
     assert expected in capsys.readouterr().err
     assert not (tmp_path / "thing_salvaged").exists()
 
@@ -163,13 +163,13 @@ def test_what_is_no_bag_is_told(tmp_path, capsys, make, expected):
 def test_a_folder_of_runs_is_told(tmp_path, whole, capsys):
     for name in ("run1", "run2"):
         torn(tmp_path / name / "bag", whole[0])
-    assert main([str(tmp_path)]) == 1
+    assert tethernet("salvage", str(tmp_path)) == 1
     assert "holds 2 runs; name one of them: run1, run2" in capsys.readouterr().err
 
 
 def test_as_a_process(tmp_path, whole):
     folder = torn(tmp_path / "bag", whole[0][:-9])
-    command = [sys.executable, "-m", "tethernet_bringup.bags.salvage"]
+    command = [*COMMAND, "salvage"]
     done = subprocess.run([*command, str(folder)], capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
     assert subprocess.run(command, capture_output=True, text=True, check=False).returncode == 2

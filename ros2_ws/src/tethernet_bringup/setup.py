@@ -37,7 +37,7 @@ setup(
             "run_mission = tethernet_bringup.mission.command_line:main",
             "analyse_mission = tethernet_bringup.analysis.command_line:main",
             "recorder = tethernet_bringup.recorder.recorder_node:main",
-            "salvage = tethernet_bringup.bags.salvage:main",
+            "tethernet = tethernet_bringup.cli.start:start",
         ],
     },
 )

@@ -21,7 +21,6 @@ setup(
     entry_points={
         "console_scripts": [
             "controller = tethernet_control.controller_node:main",
-            "check_driver = tethernet_control.check_driver:main",
         ],
     },
 )

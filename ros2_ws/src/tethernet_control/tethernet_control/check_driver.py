@@ -1,16 +1,10 @@
-"""Checks any driver of an MU against the contract: ``python -m tethernet_control.check_driver --mu 3``.
+"""Checks any driver of an MU against the contract: ``tethernet check-driver --mu 3``.
 
 Run it against the driver alone, with no mission: it stands in for the controller, and with ``--clock sim`` for the
-simulator's clock too. It moves the MU: fasten it, or say ``--no-thrust``. Exit status: 0 all checks passed, 1 some
-failed, 2 bad usage.
+simulator's clock too. It moves the MU: fasten it, or say ``--no-thrust``.
 """
 
 from __future__ import annotations
-
-if __name__ == "__main__":
-    from tethernet_core.quiet_start import command_start
-
-    command_start()
 
 import argparse
 import math
@@ -26,9 +20,11 @@ from rosgraph_msgs.msg import Clock
 
 from tethernet_control.driver_contract import Finding, Reaction, Sample, check_reaction, check_samples, table
 from tethernet_control.driver_sample import driver_sample
-from tethernet_core.command import command
+from tethernet_core.errors import InputError
 from tethernet_core.parameters import load
 from tethernet_core.settings import ControlParameters
+from tethernet_core.subcommand import Parser, Subcommand, number, whole_number
+from tethernet_core.system.sections import MOST_UNITS
 from tethernet_ros import any_quality, executor, topics
 from tethernet_ros.any_quality import quality_text
 from tethernet_ros.conversions import set_stamp
@@ -149,32 +145,13 @@ def _counted(texts: list[str]) -> str:
     return f"{len(texts)}: {'; '.join(sorted(set(texts)))}" if texts else "0"
 
 
-def _arguments(args: list[str] | None) -> argparse.Namespace:
+def run(options: argparse.Namespace) -> int:
+    """Run the checks and print the table; gives 0 when all are passed, else 1."""
     control = load(ControlParameters)
-    parser = argparse.ArgumentParser(prog="check_driver", description="Check a driver of an MU against the contract.")
-    parser.add_argument("--mu", type=int, required=True, choices=range(1, 9), help="number of the MU")
-    parser.add_argument("--wait", type=float, default=10.0, help="[s] for the first odometry, default 10")
-    parser.add_argument("--duration", type=float, default=5.0, help="[s] to watch before the MU is moved, default 5")
-    parser.add_argument("--clock", choices=("own", "sim"), default="own", help="sim: give the driver /clock at 20 Hz")
-    parser.add_argument("--thrust", type=float, default=1.0, help="[N] to push with, default 1")
-    parser.add_argument("--push", type=float, default=1.0, help="[s] to push along each axis, default 1")
-    parser.add_argument("--mass", type=float, default=2.5, help="[kg] of the MU, default 2.5")
-    parser.add_argument("--no-thrust", action="store_true", help="only watch; nothing moves")
-    options = parser.parse_args(args)
     if not 0.0 < abs(options.thrust) <= control.thrust_limit_n:
-        parser.error(f"--thrust {options.thrust:g}: allowed: up to {control.thrust_limit_n:g} N, not 0")
-    for name in ("wait", "duration", "push", "mass"):
-        if not getattr(options, name) > 0.0:
-            parser.error(f"--{name} {getattr(options, name):g}: allowed: more than 0")
-    return options
-
-
-@command
-def main(args: list[str] | None = None) -> int:
-    """Run the checks and print the table."""
-    options = _arguments(args)
+        raise InputError(f"--thrust {options.thrust:g}: allowed: up to {control.thrust_limit_n:g} N, not 0")
     rclpy.init(args=[])
-    node = DriverCheck(options, load(ControlParameters))
+    node = DriverCheck(options, control)
     runner = executor.make_executor()
     runner.add_node(node)
     try:
@@ -191,5 +168,21 @@ def main(args: list[str] | None = None) -> int:
     return 1 if failed else 0
 
 
-if __name__ == "__main__":
-    raise SystemExit(main())
+def _add_arguments(parser: Parser) -> None:
+    add, seconds = parser.add_argument, number(0.0, unit="s", above=True)
+    add("--mu", type=whole_number(1, MOST_UNITS), required=True, metavar="N", help="number of the MU")
+    add("--wait", type=seconds, default=10.0, metavar="S", help="[s] for the first odometry, default 10")
+    add("--duration", type=seconds, default=5.0, metavar="S", help="[s] to watch before the MU is moved, default 5")
+    add("--clock", choices=("own", "sim"), default="own", help="sim: give the driver /clock at 20 Hz")
+    add("--thrust", type=number(-1e6, 1e6, "N"), default=1.0, metavar="N", help="[N] to push with, default 1")
+    add("--push", type=seconds, default=1.0, metavar="S", help="[s] to push along each axis, default 1")
+    add("--mass", type=number(0.0, unit="kg", above=True), default=2.5, metavar="KG", help="of the MU, default 2.5")
+    add("--no-thrust", action="store_true", help="only watch; nothing moves")
+
+
+COMMAND = Subcommand(
+    "Check a driver of an MU against the contract, alone, with no mission: this command stands in for the controller, "
+    "with --clock sim for the simulator's clock too. It moves the MU: fasten it, or say --no-thrust.",
+    ("--mu 3", "--mu 3 --clock sim --no-thrust"), run, _add_arguments,
+    exit_status="exit status: 0 all checks passed, 1 some failed, 2 bad usage",
+)  # fmt: skip

@@ -1,13 +1,7 @@
 """How the commands of this project begin and end, whatever their streams are and whenever Ctrl-C comes.
 
-A command's module begins with
-
-    if __name__ == "__main__":
-        from tethernet_core.quiet_start import command_start
-
-        command_start()
-
-before its other imports, and its ``main`` is decorated with :func:`command`.
+A command's process calls :func:`tethernet_core.quiet_start.command_start` before anything else is imported, and its
+``main`` is decorated with :func:`command`.
 """
 
 import errno

@@ -17,12 +17,13 @@ from typing import Any, TypeVar
 
 import yaml
 
+from tethernet_core.errors import InputError
 from tethernet_core.shown import SHORT, shown
 
 T = TypeVar("T")
 
 
-class ParameterError(ValueError):
+class ParameterError(InputError):
     """A parameter is unknown, missing, of the wrong type or out of range."""
 
 

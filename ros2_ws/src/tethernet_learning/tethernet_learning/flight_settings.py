@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import argparse
 import hashlib
 import json
 from collections.abc import Sequence
@@ -9,10 +10,29 @@ from dataclasses import asdict
 from typing import Any
 
 from tethernet_core.parameters import ParameterError
+from tethernet_planner import policies
 from tethernet_sim.fly import Settings
 
 HELP = "parameters to replace, PART is physics, control, mission or quality: control.kp=12"
 METAVAR = "PART.NAME=VALUE"
+
+
+def add_flight(parser: argparse.ArgumentParser) -> None:
+    """Add the options that say how scenarios are flown: ``policy``, ``control`` and ``set``."""
+    add = parser.add_argument
+    add("--policy", default=policies.default(), metavar="POLICY", help=f"what aims: {policies.HELP}")
+    add("--control", choices=("default", "paper"), default="default", help="paper: its law as printed")
+    add_parameters(parser)
+
+
+def add_parameters(parser: argparse.ArgumentParser, more: str = "") -> None:
+    """Add the option ``set``.
+
+    Args:
+        parser: gets it.
+        more: to be said in its help.
+    """
+    parser.add_argument("--set", nargs="+", action="extend", default=[], metavar=METAVAR, help=HELP + more)
 
 
 def settings_of(words: Sequence[str], printed: bool = False) -> Settings:

@@ -10,6 +10,7 @@ import json
 from pathlib import Path
 from typing import Any
 
+from tethernet_core.errors import InputError
 from tethernet_learning.flight_digest import flight_digest
 from tethernet_planner.inference import shipped_models
 
@@ -17,7 +18,7 @@ RENEW = "make cards"
 """The command that measures all of them anew."""
 
 
-class MeasuredError(ValueError):
+class MeasuredError(InputError):
     """What was measured of a shipped model is missing or damaged: what to do."""
 
 

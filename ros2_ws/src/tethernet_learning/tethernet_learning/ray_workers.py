@@ -8,6 +8,7 @@ from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from typing import Any, TypeVar
 
+from tethernet_core.errors import FaultError
 from tethernet_learning.source_digest import source_digest
 
 Task = TypeVar("Task")
@@ -20,7 +21,7 @@ _AHEAD = 3
 _CONNECT_S = 5.0  # [s]
 
 
-class ClusterError(RuntimeError):
+class ClusterError(FaultError):
     """A cluster cannot be used: why, and what to do."""
 
 

@@ -6,11 +6,12 @@ import json
 from pathlib import Path
 
 from tethernet_core.atomic_file import write_text
+from tethernet_core.errors import InputError
 
 SETTINGS = "settings.json"
 
 
-class RunFolderError(ValueError):
+class RunFolderError(InputError):
     """A folder cannot be used for this run: why, and what to do."""
 
 

@@ -8,6 +8,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
+from tethernet_core.errors import InputError
 from tethernet_core.layout import FALLBACK, design, nominal_aiming_points
 from tethernet_core.parameters import defaults
 from tethernet_core.shown import SHORT, shown
@@ -30,7 +31,7 @@ HELP = "nominal, rl (the trained one that is shipped), or the path of a policy.s
 """For command lines."""
 
 
-class PolicyError(ValueError):
+class PolicyError(InputError):
     """A policy is unknown, cannot be loaded, or gives no usable aiming points."""
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from pathlib import Path
 
+from tethernet_core.errors import InputError
 from tethernet_core.shown import SHORT, shown
 from tethernet_planner.inference import shipped_models
 from tethernet_planner.inference.prediction import Predictor
@@ -17,7 +18,7 @@ SURROGATE = "surrogate"
 _FACTORIES: dict[str, Callable[[int], Predictor]] = {}
 
 
-class PredictorError(ValueError):
+class PredictorError(InputError):
     """No predictor has this name, or it cannot be loaded."""
 
 

@@ -27,15 +27,20 @@ def parse(argv: Sequence[str]) -> argparse.Namespace:
         epilog=EXIT_STATUS,
         allow_abbrev=False,
     )
+    add_arguments(parser)
+    parser.add_argument(
+        "--salvage",
+        action="store_true",
+        help="rewrite a torn bag into a whole one in DIR (default: BAG_salvaged), and do nothing else",
+    )
+    return parser.parse_args(list(argv))
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the options."""
     add = parser.add_argument
     add("bag", type=Path, metavar="BAG", help="a run's folder, a bag's folder, a .mcap or .db3 file; it is only read")
     add("--output", type=Path, metavar="DIR", help="folder for the pictures; default: analysis in the run's folder")
     add("--format", choices=FORMATS, default="png", help="of the pictures; default png")
     add("--json", action="store_true", help="write the table to DIR/analysis.json, too")
     add("--no-plots", action="store_true", help="the table only")
-    add(
-        "--salvage",
-        action="store_true",
-        help="rewrite a torn bag into a whole one in DIR (default: BAG_salvaged), and do nothing else",
-    )
-    return parser.parse_args(list(argv))

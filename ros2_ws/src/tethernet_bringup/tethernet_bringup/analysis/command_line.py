@@ -10,6 +10,7 @@ if __name__ == "__main__":
 import json
 import os
 import sys
+from argparse import Namespace
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -41,8 +42,9 @@ def main(argv: Sequence[str] | None = None) -> int:
         if options.salvage:
             from tethernet_bringup.bags import salvage
 
-            return salvage.run(options.bag, options.output)
-        _analyse(options)
+            salvage.run(options.bag, options.output)
+        else:
+            run(options)
     except BagError as error:
         print(f"{arguments.PROGRAM}: {error}", file=sys.stderr)
         return FAULT
@@ -51,7 +53,15 @@ def main(argv: Sequence[str] | None = None) -> int:
     return DONE
 
 
-def _analyse(options) -> None:
+def run(options: Namespace) -> None:
+    """Print the table and write the pictures.
+
+    Args:
+        options: see :mod:`.arguments`.
+
+    Raises:
+        BagError: when there is no bag, or one that cannot be analysed.
+    """
     from tethernet_bringup.analysis.mission_data import load
     from tethernet_bringup.analysis.table import summary, text
     from tethernet_bringup.bags.reader import open_bag

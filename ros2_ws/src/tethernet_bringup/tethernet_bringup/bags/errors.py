@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import errno
 
+from tethernet_core.errors import FaultError
 
-class BagError(Exception):
+
+class BagError(FaultError):
     """Something about a bag is wrong; the text is meant for the user."""
 
 

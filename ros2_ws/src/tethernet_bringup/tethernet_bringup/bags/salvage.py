@@ -1,33 +1,19 @@
-"""Rewrites a torn bag into a whole one.
-
-::
-
-    python -m tethernet_bringup.bags.salvage TORN [OUT]
+"""Rewrites a torn bag into a whole one: ``tethernet salvage TORN [OUT]``.
 
 TORN is a run's folder, a bag's folder or an MCAP file: cut off at any byte, with rubbish at its end, without
-metadata.yaml. OUT is the folder of the new bag, by default TORN's name with ``_salvaged`` beside it. TORN is only
-read. Exit status: 0 when messages were recovered, 1 when there is nothing to recover (the reason is printed), 2 for
-bad usage.
+metadata.yaml. OUT is the folder of the new bag, by default TORN's name with ``_salvaged`` beside it. TORN is only read.
 """
 
 from __future__ import annotations
 
-if __name__ == "__main__":
-    from tethernet_core.quiet_start import command_start
-
-    command_start()
-
-import argparse
 import shutil
-import sys
-from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from tethernet_bringup.bags.errors import BagError, BagWriteError, NotABagError
+from tethernet_bringup.bags.errors import BagWriteError, NotABagError
 from tethernet_bringup.bags.reader import BagReader, open_bag
 from tethernet_bringup.bags.writer import RUN_INFO_RECORD, BagWriter
-from tethernet_core.command import command
+from tethernet_core.subcommand import Parser, Subcommand
 
 NANOSECOND_S = 1e-9
 
@@ -99,29 +85,13 @@ def _default_output(torn: Path) -> Path:
     return torn.with_name(torn.name + "_salvaged")
 
 
-@command
-def main(argv: Sequence[str] | None = None) -> int:
-    """The command; returns its exit status."""
-    parser = argparse.ArgumentParser(
-        prog="salvage",
-        description="Rewrite a torn bag into a whole one; the torn one is only read.",
-        allow_abbrev=False,
-    )
-    parser.add_argument("torn", type=Path, metavar="TORN", help="a run's folder, a bag's folder or a .mcap file")
-    parser.add_argument(
-        "out", type=Path, metavar="OUT", nargs="?", help="folder of the new bag; default: TORN_salvaged"
-    )
-    options = parser.parse_args(argv)
-    return run(options.torn, options.out)
+def run(torn: Path, out: Path | None) -> None:
+    """Salvage and print what was recovered and what was lost.
 
-
-def run(torn: Path, out: Path | None) -> int:
-    """Salvage and tell about it; returns the exit status."""
-    try:
-        result = salvage(torn, out)
-    except BagError as error:
-        print(f"salvage: {error}", file=sys.stderr)
-        return 1
+    Raises:
+        BagError: see :func:`salvage`.
+    """
+    result = salvage(torn, out)
     seconds = [time * NANOSECOND_S for time in (result.start_ns, result.end_ns)]
     print(f"recovered {result.message_count} messages, {seconds[0]:.2f} s to {seconds[1]:.2f} s, into {result.folder}")
     if result.verified:
@@ -130,8 +100,17 @@ def run(torn: Path, out: Path | None) -> int:
         print("nothing is missing as far as can be seen; the bag has no checksums that could prove it")
     for problem in result.problems:
         print(f"lost: {problem}")
-    return 0
 
 
-if __name__ == "__main__":
-    sys.exit(main())
+def _add_arguments(parser: Parser) -> None:
+    parser.add_argument("torn", type=Path, metavar="TORN", help="a run's folder, a bag's folder or a .mcap file")
+    parser.add_argument(
+        "out", type=Path, metavar="OUT", nargs="?", help="folder of the new bag; default: TORN_salvaged"
+    )  # fmt: skip
+
+
+COMMAND = Subcommand(
+    "Rewrite a torn bag into a whole one; the torn one is only read.",
+    ("runs/RUN", "runs/RUN/bag/bag_0.mcap whole"), lambda options: run(options.torn, options.out), _add_arguments,
+    exit_status="exit status: 0 messages were recovered, 1 there is nothing to recover, 2 bad usage, 130 interrupted",
+)  # fmt: skip

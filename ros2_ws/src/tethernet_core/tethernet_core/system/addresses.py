@@ -7,8 +7,9 @@ from typing import Any
 
 import numpy as np
 
+from ..near_match import near_match
 from .entries import finite
-from .errors import Place, near_match
+from .errors import Place
 from .lattices import FlatNet
 from .sections import NODE_FORM
 

@@ -8,9 +8,10 @@ from typing import Any
 
 import numpy as np
 
+from ..near_match import near_match
 from .addresses import middle_node, node_number
 from .entries import read_section
-from .errors import Place, near_match
+from .errors import Place
 from .geometry import pieces
 from .lattices import FlatNet, divided, lattice_net, node_total, square_net
 from .materials import MATERIALS

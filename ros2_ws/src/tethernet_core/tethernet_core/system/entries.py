@@ -11,7 +11,8 @@ import typing
 from collections.abc import Mapping
 from typing import Any, TypeVar
 
-from .errors import Place, near_match
+from ..near_match import near_match
+from .errors import Place
 
 T = TypeVar("T")
 

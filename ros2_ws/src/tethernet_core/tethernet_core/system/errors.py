@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
-from collections.abc import Iterable
 from dataclasses import dataclass
 
 from ..parameters import ParameterError
@@ -44,12 +42,6 @@ class Place:
     def problem(self, why: str, allowed: str) -> DescriptionError:
         """An error about this place as a whole: what is wrong, and what is allowed."""
         return DescriptionError(f"system {self.system}: {self.path or 'description'}: {why}; allowed: {allowed}")
-
-
-def near_match(word: object, names: Iterable[str]) -> str:
-    """A hint at the name that was probably meant: ``" (did you mean mesh_m?)"``, or nothing."""
-    close = difflib.get_close_matches(str(word), list(names), n=1)
-    return f" (did you mean {close[0]}?)" if close else ""
 
 
 def _brief(value: object) -> str:

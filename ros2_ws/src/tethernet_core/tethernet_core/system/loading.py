@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from ..near_match import near_match
 from .described_closing import (
     Equipped,
     build_aiming,
@@ -19,7 +20,7 @@ from .described_closing import (
 from .described_debris import build_debris
 from .described_net import build_net
 from .entries import check_keys, read_section
-from .errors import DescriptionError, Place, near_match
+from .errors import DescriptionError, Place
 from .merging import merged, overridden
 from .net_file import graph_tables
 from .parts import Chaser, Tether

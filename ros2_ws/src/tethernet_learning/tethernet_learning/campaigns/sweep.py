@@ -1,24 +1,20 @@
-"""The same scenarios under different settings: what each option of the control is worth, and how the winch should reel
-(``python -m tethernet_learning.campaigns.sweep``).
-"""
+"""The same scenarios under different settings: what each option of the control is worth, and what winch is best."""
 
 from __future__ import annotations
 
-if __name__ == "__main__":
-    from tethernet_core.quiet_start import command_start
-
-    command_start()
-
 import argparse
 import sys
-from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from tethernet_core.command import command
+from tethernet_core.command import INTERRUPTED
+from tethernet_core.errors import InputError
 from tethernet_core.layout import design
+from tethernet_core.subcommand import Parser, Subcommand, whole_number
+from tethernet_core.system import System
+from tethernet_core.system.option import DEFAULT, add_system, chosen_system, family, family_units
 from tethernet_learning.campaigns import pictures, provenance
 from tethernet_learning.campaigns import variations as sources
 from tethernet_learning.campaigns.columns import rebuild
@@ -162,33 +158,14 @@ def draw_winches(found: dict[str, Summary]) -> Any:
     return figure
 
 
-@command
-def main(argv: Sequence[str] | None = None) -> int:
-    """Fly, print the table, write it and the picture. Returns 0; 2 for bad usage; 130 when interrupted."""
-    from tethernet_learning.campaigns.errors import CampaignError
-
-    parser = argparse.ArgumentParser(
-        prog="python -m tethernet_learning.campaigns.sweep",
-        description="The same scenarios under different settings. Interrupted, the same command goes on.",
-    )
-    parser.add_argument("what", choices=("options", "winch"), help="options of the control, or the 4-MU design's winch")
-    parser.add_argument("--mus", type=int, choices=(4, 8), default=8, help="of the options, default 8; winch: 4")
-    parser.add_argument("--scenarios", type=int, default=40, metavar="N", help="of each setting, default 40")
-    parser.add_argument("--seed", type=int, default=0, help="of the scenarios, default 0")
-    parser.add_argument("--output", type=Path, required=True, metavar="FOLDER", help="for outcomes, table and picture")
-    options = parser.parse_args(argv)
-    if options.scenarios < 1 or options.seed < 0:
-        parser.error("--scenarios must be 1 or more, --seed 0 or more")
-    mus = 4 if options.what == "winch" else options.mus
+def run(options: argparse.Namespace) -> int:
+    """Fly, print the table, write it and the picture; gives 130 when interrupted."""
+    [mus] = family_units([_system(options)])
     variants = winch_settings() if options.what == "winch" else option_settings()
-    try:
-        options.output.mkdir(parents=True, exist_ok=True)
-        found = fly(variants, mus, options.scenarios, options.seed, options.output)
-    except (CampaignError, OSError) as error:
-        print(f"sweep: {error}", file=sys.stderr)
-        return 2
+    options.output.mkdir(parents=True, exist_ok=True)
+    found = fly(variants, mus, options.scenarios, options.seed, options.output)
     if found is None:
-        return 130
+        return INTERRUPTED
     lines = table(found, mus)
     (options.output / f"{options.what}_{mus}mu.md").write_text("\n".join(lines) + "\n", encoding="utf-8")
     if options.what == "winch":
@@ -197,5 +174,27 @@ def main(argv: Sequence[str] | None = None) -> int:
     return 0
 
 
-if __name__ == "__main__":
-    sys.exit(main())
+def _system(options: argparse.Namespace) -> System:
+    """Raises: InputError: where a sweep of the winch shall fly a system without one."""
+    winched = [system for system in family() if system.closing.kind == "winch"]
+    system = chosen_system(options, winched[0].name if options.what == "winch" else DEFAULT)
+    if options.what == "winch" and system not in winched:
+        allowed = ", ".join(system.name for system in winched)
+        raise InputError(f"--system {system.name}: closes by {system.closing.kind}; allowed with winch: {allowed}")
+    return system
+
+
+def _add_arguments(parser: Parser) -> None:
+    add = parser.add_argument
+    add("what", choices=("options", "winch"), help="options of the control, or the winch")
+    add_system(parser, required=False, default=f"{DEFAULT}; winch: the one that has winches")
+    add("--scenarios", type=whole_number(1), default=40, metavar="N", help="of each setting, default 40")
+    add("--seed", type=whole_number(0), default=0, metavar="N", help="of the scenarios, default 0")
+    add("--output", type=Path, required=True, metavar="FOLDER", help="for outcomes, table and picture")
+
+
+COMMAND = Subcommand(
+    "Fly the same scenarios under different settings: what each option of the control is worth, or how the winch "
+    "should reel. Interrupted, the same command goes on.",
+    ("options --mus 8 --output sweep", "winch --scenarios 12 --seed 1 --output sweep"), run, _add_arguments,
+)  # fmt: skip

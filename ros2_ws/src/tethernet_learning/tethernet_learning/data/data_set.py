@@ -196,7 +196,7 @@ def read(path: Path) -> Captures:
     about = (table.schema.metadata or {}).get(b"tethernet")
     names = set(table.column_names)
     if about is None or names | {"cqi_all"} != set(COLUMNS) or not len(table):
-        raise ValueError(f"{path} is no data set; allowed: what tethernet_learning.data.make_data writes")
+        raise ValueError(f"{path} is no data set; allowed: what tethernet data make writes")
     facts = json.loads(about)
     quality = load(QualityParameters, facts.get("settings", {}).get("quality"))
     decides = quality.deciding("cqi", "cqi_all")

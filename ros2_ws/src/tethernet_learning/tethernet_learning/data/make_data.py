@@ -1,25 +1,17 @@
-"""Fly the scenarios that surrogates learn from and are tested on.
-
-``python -m tethernet_learning.data.make_data``.
-"""
+"""Fly the scenarios that surrogates learn from and are tested on."""
 
 from __future__ import annotations
-
-if __name__ == "__main__":
-    from tethernet_core.quiet_start import command_start
-
-    command_start()
 
 import argparse
 import dataclasses
 import functools
 import sys
 import time
-from collections.abc import Sequence
 from pathlib import Path
 
 from tethernet_core import atomic_file
-from tethernet_core.command import command
+from tethernet_core.subcommand import Parser, Subcommand, whole_number
+from tethernet_core.system.option import add_system, chosen_system, family_units
 from tethernet_learning import run_folder, workers
 from tethernet_learning.data import data_set
 from tethernet_learning.data.spread import random_offsets
@@ -132,52 +124,17 @@ def make(
     return whole
 
 
-def _arguments(argv: Sequence[str] | None) -> argparse.Namespace:
-    parser = argparse.ArgumentParser(
-        prog="python -m tethernet_learning.data.make_data",
-        description="Fly scenarios with widely spread aiming points in full and write them down in Parquet. "
-        "Killed and started again with the same words it goes on.",
-    )
-    parser.add_argument("--mus", type=int, choices=(4, 8), required=True)
-    parser.add_argument("--output", type=Path, required=True, metavar="FOLDER", help="train.parquet, test.parquet")
-    parser.add_argument("--train", type=int, metavar="N", help="training scenarios, default 2540 (4 MUs) or 2790 (8)")
-    parser.add_argument("--test", type=int, default=TEST_COUNT, metavar="N", help="test scenarios, default 200")
-    parser.add_argument("--seed", type=int, default=0, help="of the data set, default 0")
-    parser.add_argument("--cluster", metavar="ADDRESS", help=workers.HELP)
-    options = parser.parse_args(argv)
-    options.train = TRAIN_COUNT[options.mus] if options.train is None else options.train
-    for name in ("train", "test"):
-        if getattr(options, name) < 1:
-            parser.error(f"--{name} {getattr(options, name)}: allowed: 1 or more")
-    if options.seed < 0:
-        parser.error(f"--seed {options.seed}: allowed: 0 or more")
-    return options
-
-
-@command
-def main(argv: Sequence[str] | None = None) -> int:
-    """Fly and write. Returns 0; 1 for a cluster that cannot be used, 2 for bad usage or a folder with another run."""
-    options = _arguments(argv)
+def run(options: argparse.Namespace) -> None:
+    """Fly and write."""
     settings = Settings.load()
-    counts = {"train": options.train, "test": options.test}
-    facts = {
-        "mus": options.mus,
-        "seed": options.seed,
-        "flight_parameters": settings_fingerprint(settings),
-    }
-    try:
-        run_folder.claim(options.output, {"command": "make_data", **facts, "counts": counts})
-    except run_folder.RunFolderError as error:
-        print(f"error: {error}", file=sys.stderr)
-        return 2
+    [mus] = family_units([chosen_system(options)])
+    counts = {"train": TRAIN_COUNT[mus] if options.train is None else options.train, "test": options.test}
+    facts = {"mus": mus, "seed": options.seed, "flight_parameters": settings_fingerprint(settings)}
+    run_folder.claim(options.output, {"command": "make_data", **facts, "counts": counts})
     about = {**facts, "commit": model_file.commit(), "settings": dataclasses.asdict(settings)}
     for split, count in counts.items():
         began = time.monotonic()
-        try:
-            file = make(options.output, options.mus, split, count, options.seed, settings, about, options.cluster)
-        except workers.ClusterError as error:
-            print(f"error: {error}", file=sys.stderr)
-            return 1
+        file = make(options.output, mus, split, count, options.seed, settings, about, options.cluster)
         captures = data_set.read(file)
         share = captures.failures / captures.scenarios
         lost = int((~captures.captured).sum())
@@ -187,9 +144,21 @@ def main(argv: Sequence[str] | None = None) -> int:
         )
         if share < LEAST_FAILURES:
             print(f"warning: fewer than {100 * LEAST_FAILURES:.0f} % failures in {split}", file=sys.stderr)
-    atomic_file.write_text(options.output / "README.md", data_set.description(options.mus, {**about, **counts}))
-    return 0
+    atomic_file.write_text(options.output / "README.md", data_set.description(mus, {**about, **counts}))
 
 
-if __name__ == "__main__":
-    sys.exit(main())
+def _add_arguments(parser: Parser) -> None:
+    add = parser.add_argument
+    add_system(parser)
+    add("--output", type=Path, required=True, metavar="FOLDER", help="train.parquet, test.parquet")
+    add("--train", type=whole_number(1), metavar="N", help="training scenarios, default 2540 (4 MUs) or 2790 (8)")
+    add("--test", type=whole_number(1), default=TEST_COUNT, metavar="N", help=f"test scenarios, default {TEST_COUNT}")
+    add("--seed", type=whole_number(0), default=0, metavar="N", help="of the data set, default 0")
+    add("--cluster", metavar="ADDRESS", help=workers.HELP)
+
+
+COMMAND = Subcommand(
+    "Fly scenarios with widely spread aiming points in full and write them down in Parquet. Killed and started again "
+    "with the same words it goes on.",
+    ("--mus 8 --output DATA", "--system zenit_4mu --train 64 --test 32 --output DATA"), run, _add_arguments,
+)  # fmt: skip

@@ -1,5 +1,4 @@
-"""Measure how far the net at the trigger decides the capture
-(``python -m tethernet_learning.data.measure_repeatability``).
+"""Measure how far the net at the trigger decides the capture.
 
 A capture is chaotic: knots bounce, threads snap taut, friction sticks and slips. Two nets that no surrogate can tell
 apart may end differently, and that bounds what a surrogate can be right in.
@@ -7,19 +6,15 @@ apart may end differently, and that bounds what a surrogate can be right in.
 
 from __future__ import annotations
 
-if __name__ == "__main__":
-    from tethernet_core.quiet_start import command_start
-
-    command_start()
-
 import argparse
-import sys
 from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
 
-from tethernet_core.command import command
+from tethernet_core.errors import InputError
+from tethernet_core.subcommand import Parser, Subcommand, whole_number
+from tethernet_core.system.option import add_system, chosen_system, family_units
 from tethernet_learning import run_folder
 from tethernet_learning.data.make_data import scenarios as data_scenarios
 from tethernet_learning.flown import CQI_LIMIT, from_outcomes
@@ -59,7 +54,7 @@ def measure(mus: int, count: int, seed: int, settings: Settings) -> dict:
         progress.tell(len(first))
     closed = [i for i, outcome in enumerate(first) if outcome.trigger_time_s is not None]
     if not closed:
-        raise ValueError(f"closing began in none of {count} scenarios; take more")
+        raise InputError(f"closing began in none of {count} scenarios; take more")
     a, b = (from_outcomes([outcomes[i] for i in closed], settings.quality) for outcomes in (first, second))
     differ = float((a.captured != b.captured).mean())
     both = (a.cqi < CQI_LIMIT) & (b.cqi < CQI_LIMIT)
@@ -86,29 +81,22 @@ def _displaced(chosen: Sequence[Scenario], settings: Settings, seed: int) -> lis
     return fly_many(chosen, settings, at_trigger=displace)
 
 
-@command
-def main(argv: Sequence[str] | None = None) -> int:
-    """Measure and print. Returns 0; 2 for bad usage."""
-    parser = argparse.ArgumentParser(
-        prog="python -m tethernet_learning.data.measure_repeatability",
-        description="Fly a data set's test scenarios twice, the net displaced by a micrometre when closing begins: how "
-        "often the verdict stays the same bounds what any surrogate can be right in.",
-    )
-    parser.add_argument("--mus", type=int, choices=(4, 8), required=True)
-    parser.add_argument("--scenarios", type=int, default=200, metavar="N", help="default 200")
-    parser.add_argument("--seed", type=int, default=0, help="of the data set, default 0")
-    parser.add_argument("--output", type=Path, metavar="FILE.json")
-    options = parser.parse_args(argv)
-    if options.scenarios < 1 or options.seed < 0:
-        parser.error(f"--scenarios {options.scenarios} --seed {options.seed}: allowed: 1 or more, 0 or more")
-    try:
-        result = measure(options.mus, options.scenarios, options.seed, Settings.load())
-    except ValueError as error:
-        print(f"error: {error}", file=sys.stderr)
-        return 2
-    run_folder.tell(result, options.output)
-    return 0
+def run(options: argparse.Namespace) -> None:
+    """Measure and print."""
+    [mus] = family_units([chosen_system(options)])
+    run_folder.tell(measure(mus, options.scenarios, options.seed, Settings.load()), options.output)
 
 
-if __name__ == "__main__":
-    sys.exit(main())
+def _add_arguments(parser: Parser) -> None:
+    add = parser.add_argument
+    add_system(parser)
+    add("--scenarios", type=whole_number(1), default=200, metavar="N", help="default 200")
+    add("--seed", type=whole_number(0), default=0, metavar="N", help="of the data set, default 0")
+    add("--output", type=Path, metavar="FILE.json", help="gets what is printed")
+
+
+COMMAND = Subcommand(
+    "Fly a data set's test scenarios twice, the net displaced by a micrometre when closing begins: how often the "
+    "verdict stays the same bounds what any surrogate can be right in.",
+    ("--mus 8", "--system zenit_4mu --scenarios 40 --output repeatability.json"), run, _add_arguments,
+)  # fmt: skip

@@ -1,11 +1,6 @@
-"""Fly policies on unseen scenarios in full (``python -m tethernet_learning.evaluation.evaluate_policies``)."""
+"""Fly policies on unseen scenarios in full."""
 
 from __future__ import annotations
-
-if __name__ == "__main__":
-    from tethernet_core.quiet_start import command_start
-
-    command_start()
 
 import argparse
 import json
@@ -16,13 +11,13 @@ from pathlib import Path
 from typing import Any
 
 from tethernet_core import atomic_file
-from tethernet_core.command import command
-from tethernet_core.parameters import ParameterError
+from tethernet_core.subcommand import Parser, Subcommand, whole_number
+from tethernet_core.system.option import add_systems, chosen_systems, family_units
 from tethernet_learning import flight_settings, measured, workers
 from tethernet_learning.campaigns import pictures, tables
 from tethernet_learning.campaigns.cases import outcome_columns, row
-from tethernet_learning.campaigns.fly_scenarios import plain
 from tethernet_learning.campaigns.progress import Progress
+from tethernet_learning.campaigns.records import plain
 from tethernet_learning.evaluation import report as evaluation_report
 from tethernet_learning.evaluation.policy_scores import Evaluated, as_json, contenders, evaluate
 from tethernet_learning.flight_digest import flight_digest
@@ -30,7 +25,6 @@ from tethernet_learning.flight_settings import settings_fingerprint
 from tethernet_learning.seeds import Purpose
 from tethernet_planner import policies
 from tethernet_planner.inference import model_file, shipped_models
-from tethernet_planner.inference.model_file import ModelFileError
 from tethernet_sim import cores
 from tethernet_sim.fly import CHUNK, Settings
 from tethernet_sim.scenario import Outcome
@@ -38,56 +32,15 @@ from tethernet_sim.scenario import Outcome
 RESULT, REPORT, PLOT, ROWS = "evaluation.json", "report.md", "fuel.png", "outcomes.csv"
 
 
-def _arguments(argv: Sequence[str] | None) -> argparse.Namespace:
-    parser = argparse.ArgumentParser(
-        prog="python -m tethernet_learning.evaluation.evaluate_policies",
-        description="Fly policies and the nominal aiming points on the same unseen scenarios with the same sensor "
-        "noise, in full simulation to the end of capture, and compare them with each other and with the paper.",
-        epilog=f"The folder gets {RESULT} (all of it), {REPORT} (the table), {PLOT} (box plots) and {ROWS} (a row for "
-        "each mission, as the campaign command writes and reads it).",
-    )
-    add = parser.add_argument
-    add("--mus", type=int, nargs="+", choices=(4, 8), default=[4, 8], help="designs; default both")
-    add(
-        "--policy", nargs="+", default=[policies.RL], metavar="POLICY",
-        help="rl (the shipped models; default) or paths of policy.safetensors, each for the design that it was made "
-        "for; the nominal points fly in any case, and alone with --policy nominal",
-    )  # fmt: skip
-    add(
-        "--set", nargs="+", action="extend", default=[], metavar=flight_settings.METAVAR,
-        help=f"{flight_settings.HELP}; for the nominal points and every policy alike",
-    )  # fmt: skip
-    add("--scenarios", type=int, default=100, metavar="N", help="for each design and policy, default 100")
-    add("--seed", type=int, default=0, help="of the scenarios, from a stream that no training uses; default 0")
-    add("--output", type=Path, default=Path("runs/evaluation"), metavar="FOLDER", help="default runs/evaluation")
-    add("--chunk", type=int, default=CHUNK, metavar="N", help=f"missions flown together; default {CHUNK}")
-    add("--cluster", metavar="ADDRESS", help=workers.HELP)
-    options = parser.parse_args(argv)
-    for name, low in (("scenarios", 1), ("seed", 0), ("chunk", 1)):
-        if getattr(options, name) < low:
-            parser.error(f"--{name} {getattr(options, name)}: allowed: {low} or more")
-    return options
+def run(options: argparse.Namespace) -> None:
+    """Fly, print the table, write the files."""
+    settings = flight_settings.settings_of(options.set)
+    chosen = contenders(options.policy, family_units(chosen_systems(options)))
+    options.output.mkdir(parents=True, exist_ok=True)
+    _run(options, settings, chosen)
 
 
-@command
-def main(argv: Sequence[str] | None = None) -> int:
-    """Fly, print the table, write the files. Returns 0; 1 for a folder or cluster that fails, 2 for bad usage."""
-    options = _arguments(argv)
-    try:
-        settings = flight_settings.settings_of(options.set)
-        chosen = contenders(options.policy, sorted(set(options.mus)))
-    except (ParameterError, policies.PolicyError, ModelFileError) as error:
-        print(f"error: {error}", file=sys.stderr)
-        return 2
-    try:
-        options.output.mkdir(parents=True, exist_ok=True)
-        return _run(options, settings, chosen)
-    except (OSError, workers.ClusterError) as error:
-        print(f"error: {error}", file=sys.stderr)
-        return 1
-
-
-def _run(options: argparse.Namespace, settings: Settings, chosen: dict[int, list[str]]) -> int:
+def _run(options: argparse.Namespace, settings: Settings, chosen: dict[int, list[str]]) -> None:
     for mus in chosen if policies.RL in options.policy else ():
         if warning := measured.stale(shipped_models.POLICY, mus):
             print(f"warning: {warning}", file=sys.stderr)
@@ -112,7 +65,6 @@ def _run(options: argparse.Namespace, settings: Settings, chosen: dict[int, list
     write(options.output, facts, evaluated)
     print(evaluation_report.table(evaluated))
     print(f"{facts['wall_time_s']:.0f} s on {facts['flown_on']}; {options.output}")
-    return 0
 
 
 def as_text(content: dict[str, Any]) -> str:
@@ -137,5 +89,30 @@ def write(folder: Path, facts: dict[str, Any], evaluated: Sequence[Evaluated]) -
     tables.write(folder / ROWS, outcome_columns(), [row(i, *pair) for i, pair in enumerate(flown)])
 
 
-if __name__ == "__main__":
-    sys.exit(main())
+def _add_arguments(parser: Parser) -> None:
+    add = parser.add_argument
+    add_systems(parser)
+    add(
+        "--policy", nargs="+", default=[policies.RL], metavar="POLICY",
+        help="rl (the shipped models; default) or paths of policy.safetensors, each for the system that it was made "
+        "for; the nominal points fly in any case, and alone with --policy nominal",
+    )  # fmt: skip
+    flight_settings.add_parameters(parser, "; for the nominal points and every policy alike")
+    positive = whole_number(1)
+    add("--scenarios", type=positive, default=100, metavar="N", help="for each system and policy, default 100")
+    add(
+        "--seed", type=whole_number(0), default=0, metavar="N",
+        help="of the scenarios, from a stream that no training uses; default 0",
+    )  # fmt: skip
+    add("--output", type=Path, default=Path("runs/evaluation"), metavar="FOLDER", help="default runs/evaluation")
+    add("--chunk", type=positive, default=CHUNK, metavar="N", help=f"missions flown together; default {CHUNK}")
+    add("--cluster", metavar="ADDRESS", help=workers.HELP)
+
+
+COMMAND = Subcommand(
+    "Fly policies and the nominal aiming points on the same unseen scenarios with the same sensor noise, in full "
+    "simulation to the end of capture, and compare them with each other and with the paper.",
+    ("", "--mus 8 --policy A/policy.safetensors B/policy.safetensors"), run, _add_arguments,
+    f"The folder gets {RESULT} (all of it), {REPORT} (the table), {PLOT} (box plots) and {ROWS} (a row for each "
+    "mission, as tethernet campaign writes and reads it).",
+)  # fmt: skip

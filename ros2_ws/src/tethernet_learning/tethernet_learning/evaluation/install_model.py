@@ -1,24 +1,15 @@
-"""Put a trained model in its place in the package, with its card.
-
-``python -m tethernet_learning.evaluation.install_model MODEL``
-"""
+"""Put a trained model in its place in the package, with its card."""
 
 from __future__ import annotations
-
-if __name__ == "__main__":
-    from tethernet_core.quiet_start import command_start
-
-    command_start()
 
 import argparse
 import json
 import shutil
-import sys
-from collections.abc import Sequence
 from pathlib import Path
 
 from tethernet_core import atomic_file
-from tethernet_core.command import command
+from tethernet_core.errors import InputError
+from tethernet_core.subcommand import Parser, Subcommand
 from tethernet_learning.evaluation.model_card import card
 from tethernet_planner.inference import shipped_models
 from tethernet_planner.inference.model_file import ModelFileError
@@ -68,26 +59,23 @@ def _load(file: Path) -> tuple[str, AimingPolicy | Surrogate]:
     raise ModelFileError(reasons[0] if len(set(reasons)) == 1 else "; ".join(reasons))
 
 
-@command
-def main(argv: Sequence[str] | None = None) -> int:
-    """Ship. Returns 0; 2 for a wrong file."""
-    parser = argparse.ArgumentParser(
-        prog="python -m tethernet_learning.evaluation.install_model",
-        description="Put trained models where --policy rl and the assessor's predictor surrogate look for them, each "
-        "with a model card written from what its file says of itself.",
-    )
-    parser.add_argument("files", type=Path, nargs="+", metavar="FILE", help="policy.safetensors, surrogate.safetensors")
-    parser.add_argument("--evaluation", type=Path, metavar="FILE.json", help="adds a policy's scores to its card")
-    options = parser.parse_args(argv)
+def run(options: argparse.Namespace) -> None:
+    """Install models; prints their places."""
     try:
         evaluation = json.loads(options.evaluation.read_text(encoding="utf-8")) if options.evaluation else None
         for file in options.files:
             print(ship(file, evaluation))
     except (OSError, ValueError) as error:
-        print(f"error: {error}", file=sys.stderr)
-        return 2
-    return 0
+        raise InputError(str(error)) from error
 
 
-if __name__ == "__main__":
-    sys.exit(main())
+def _add_arguments(parser: Parser) -> None:
+    parser.add_argument("files", type=Path, nargs="+", metavar="FILE", help="policy.safetensors, surrogate.safetensors")
+    parser.add_argument("--evaluation", type=Path, metavar="FILE.json", help="adds a policy's scores to its card")
+
+
+COMMAND = Subcommand(
+    "Put trained models where --policy rl and the assessor's predictor surrogate look for them, each with a model card "
+    "written from what its file says of itself.",
+    ("RUN/policy.safetensors --evaluation runs/evaluation/evaluation.json",), run, _add_arguments,
+)  # fmt: skip

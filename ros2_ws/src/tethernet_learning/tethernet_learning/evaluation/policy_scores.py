@@ -10,7 +10,7 @@ from pathlib import Path
 from tethernet_core.capture_quality import QualityParameters
 from tethernet_learning.campaigns.cases import Case, aim
 from tethernet_learning.campaigns.chunks import fly_chunks
-from tethernet_learning.campaigns.fly_scenarios import records
+from tethernet_learning.campaigns.records import records
 from tethernet_learning.campaigns.statistics import Estimate
 from tethernet_learning.evaluation.comparison import Comparison, compare
 from tethernet_learning.evaluation.paper_figures import PAPER

@@ -1,21 +1,15 @@
-"""Measure the shipped models anew and write their cards (``python -m tethernet_learning.evaluation.renew_cards``)."""
+"""Measure the shipped models anew and write their cards."""
 
 from __future__ import annotations
 
-if __name__ == "__main__":
-    from tethernet_core.quiet_start import command_start
-
-    command_start()
-
 import argparse
-import sys
 import time
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 from tethernet_core.atomic_file import write_text
-from tethernet_core.command import command
+from tethernet_core.subcommand import Parser, Subcommand
 from tethernet_learning import measured
 from tethernet_learning.campaigns.progress import Progress
 from tethernet_learning.data import data_set, make_data
@@ -30,7 +24,6 @@ from tethernet_learning.surrogates import surrogate_report
 from tethernet_learning.surrogates.surrogate_scores import scores
 from tethernet_planner import policies
 from tethernet_planner.inference import model_file, shipped_models
-from tethernet_planner.inference.model_file import ModelFileError
 from tethernet_planner.inference.policy_file import AimingPolicy
 from tethernet_planner.inference.surrogate_file import Surrogate
 from tethernet_sim import cores
@@ -128,17 +121,8 @@ def _write(kind: str, model: AimingPolicy | Surrogate, content: dict[str, Any], 
     write_text(file.with_suffix(".md"), card)
 
 
-@command
-def main(argv: Sequence[str] | None = None) -> int:
-    """Measure and write. Returns 0; 1 for files that cannot be written, 2 for a model that is not there."""
-    parser = argparse.ArgumentParser(
-        prog="python -m tethernet_learning.evaluation.renew_cards",
-        description="Fly the shipped policies on their unseen scenarios and the shipped surrogates' test scenarios "
-        "anew, and write what comes out into the models' cards. To be done after every change of physics, control or "
-        "default parameters.",
-    )
-    parser.add_argument("--output", type=Path, default=Path("runs/cards"), metavar="FOLDER", help="for the tables")
-    options = parser.parse_args(argv)
+def run(options: argparse.Namespace) -> None:
+    """Measure the shipped models and write their cards."""
     settings, began = Settings.load(), time.monotonic()
     facts = {
         "flight_digest": flight_digest(),
@@ -146,23 +130,22 @@ def main(argv: Sequence[str] | None = None) -> int:
         "commit": model_file.commit(),
         "flown_on": cores.told(),
     }
-    try:
-        options.output.mkdir(parents=True, exist_ok=True)
-        measure_policies(settings, SCENARIOS, facts, options.output)
-        judged = measure_surrogates(settings, make_data.TEST_COUNT, facts)
-        report = surrogate_report.short(judged)
-        write_text(options.output / "surrogates.md", report)
-    except (policies.PolicyError, ModelFileError) as error:
-        print(f"error: {error}", file=sys.stderr)
-        return 2
-    except OSError as error:
-        print(f"error: {error}", file=sys.stderr)
-        return 1
+    options.output.mkdir(parents=True, exist_ok=True)
+    measure_policies(settings, SCENARIOS, facts, options.output)
+    judged = measure_surrogates(settings, make_data.TEST_COUNT, facts)
+    report = surrogate_report.short(judged)
+    write_text(options.output / "surrogates.md", report)
     print((options.output / evaluate_policies.REPORT).read_text(encoding="utf-8"))
     print(report)
     print(f"{time.monotonic() - began:.0f} s; cards in {shipped_models.FOLDER}, tables in {options.output}")
-    return 0
 
 
-if __name__ == "__main__":
-    sys.exit(main())
+def _add_arguments(parser: Parser) -> None:
+    parser.add_argument("--output", type=Path, default=Path("runs/cards"), metavar="FOLDER", help="for the tables")
+
+
+COMMAND = Subcommand(
+    "Fly the shipped policies on their unseen scenarios and the shipped surrogates' test scenarios anew, and write "
+    "what comes out into the models' cards. To be done after every change of physics, control or default parameters.",
+    ("", "--output runs/cards"), run, _add_arguments,
+)  # fmt: skip

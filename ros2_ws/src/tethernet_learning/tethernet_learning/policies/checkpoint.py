@@ -14,6 +14,7 @@ from pathlib import Path
 import numpy as np
 
 from tethernet_core import atomic_file
+from tethernet_core.errors import InputError
 
 _KEPT = 2
 _WEIGHTS, _STATE = "weights.pt", "state.json"
@@ -21,7 +22,7 @@ _COUNTERS = ("num_timesteps", "_n_updates", "_current_progress_remaining")
 """What PPO counts while it learns."""
 
 
-class CheckpointError(ValueError):
+class CheckpointError(InputError):
     """A checkpoint is damaged, or was not made by this version: what to do."""
 
 

@@ -1,4 +1,4 @@
-"""Measure the reward's constants on nominal missions (``python -m tethernet_learning.policies.measure_references``).
+"""Measure the reward's constants on nominal missions.
 
 m_fmax and A_max are "set from prior observations" in the paper. Here: A_max is the largest mouth area of nominal
 missions; m_fmax is twice their largest total fuel [A], which brings the bonus on fuel of a nominal mission near to one
@@ -7,21 +7,15 @@ half, as the paper's converged rewards (1.5 with 4 MUs, 2.0 with 8) show it.
 
 from __future__ import annotations
 
-if __name__ == "__main__":
-    from tethernet_core.quiet_start import command_start
-
-    command_start()
-
 import argparse
 import json
-import sys
-from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
 
 from tethernet_core import atomic_file
-from tethernet_core.command import command
+from tethernet_core.subcommand import Parser, Subcommand, whole_number
+from tethernet_core.system.option import add_systems, chosen_systems, family_units
 from tethernet_learning import flown
 from tethernet_learning.flight_settings import settings_fingerprint
 from tethernet_learning.policies import reward
@@ -52,24 +46,28 @@ def measure(mus: int, count: int, seed: int, settings: Settings) -> dict:
     }
 
 
-@command
-def main(argv: Sequence[str] | None = None) -> int:
-    """Measure and write. Returns 0."""
-    parser = argparse.ArgumentParser(
-        prog="python -m tethernet_learning.policies.measure_references",
-        description="Measure m_fmax and A_max of the reward on nominal missions that are captured.",
-    )
-    parser.add_argument("--missions", type=int, default=50, metavar="N", help="for each design, default 50")
-    parser.add_argument("--seed", type=int, default=0)
-    parser.add_argument("--output", type=Path, default=reward.REFERENCES_FILE, metavar="FILE.json")
-    options = parser.parse_args(argv)
+def run(options: argparse.Namespace) -> None:
+    """Measure, write and print the constants."""
     settings = Settings.load()
-    measured = {str(mus): measure(mus, options.missions, options.seed, settings) for mus in (4, 8)}
+    designs = family_units(chosen_systems(options))
+    measured = {str(mus): measure(mus, options.missions, options.seed, settings) for mus in designs}
     text = json.dumps(measured, indent=2)
     atomic_file.write_text(options.output, text + "\n")
     print(text)
-    return 0
 
 
-if __name__ == "__main__":
-    sys.exit(main())
+def _add_arguments(parser: Parser) -> None:
+    add = parser.add_argument
+    add_systems(parser)
+    add("--missions", type=whole_number(1), default=50, metavar="N", help="for each system, default 50")
+    add("--seed", type=whole_number(0), default=0, metavar="N", help="of the missions, default 0")
+    add(
+        "--output", type=Path, default=reward.REFERENCES_FILE, metavar="FILE.json",
+        help="default: the file that training reads",
+    )  # fmt: skip
+
+
+COMMAND = Subcommand(
+    "Measure m_fmax and A_max of the reward on nominal missions that are captured.",
+    ("", "--missions 10 --output references.json"), run, _add_arguments,
+)  # fmt: skip

@@ -1,24 +1,16 @@
-"""Measure what a surrogate saves in an episode (``python -m tethernet_learning.policies.measure_speedup``)."""
+"""Measure what a surrogate saves in an episode."""
 
 from __future__ import annotations
 
-if __name__ == "__main__":
-    from tethernet_core.quiet_start import command_start
-
-    command_start()
-
 import argparse
-import sys
 import time
-from collections.abc import Sequence
 from pathlib import Path
 
-from tethernet_core.command import command
+from tethernet_core.subcommand import Parser, Subcommand, whole_number
 from tethernet_learning import run_folder
 from tethernet_learning.policies import capture_sources as sources
 from tethernet_learning.random_scenarios import random_scenarios
 from tethernet_learning.seeds import Purpose
-from tethernet_planner.inference.model_file import ModelFileError
 from tethernet_planner.inference.surrogate_file import Surrogate
 from tethernet_sim.fly import Settings
 
@@ -40,27 +32,19 @@ def measure(surrogate: Surrogate, count: int, settings: Settings) -> dict:
     return {"mus": surrogate.mus, "episodes": count, "seconds_per_episode": seconds, "speedup": ratio}
 
 
-@command
-def main(argv: Sequence[str] | None = None) -> int:
-    """Measure and print. Returns 0; 2 for a wrong file."""
-    parser = argparse.ArgumentParser(
-        prog="python -m tethernet_learning.policies.measure_speedup",
-        description="Measure the wall time of an episode in full and through a surrogate.",
-    )
-    parser.add_argument("--surrogate", type=Path, required=True, metavar="FILE")
-    parser.add_argument("--episodes", type=int, default=32, metavar="N")
-    parser.add_argument("--output", type=Path, metavar="FILE.json")
-    options = parser.parse_args(argv)
-    if options.episodes < 1:
-        parser.error(f"--episodes {options.episodes}: allowed: 1 or more")
-    try:
-        surrogate = Surrogate.load(options.surrogate)
-    except ModelFileError as error:
-        print(f"error: {error}", file=sys.stderr)
-        return 2
+def run(options: argparse.Namespace) -> None:
+    """Measure and print."""
+    surrogate = Surrogate.load(options.surrogate)
     run_folder.tell(measure(surrogate, options.episodes, Settings.load()), options.output)
-    return 0
 
 
-if __name__ == "__main__":
-    sys.exit(main())
+def _add_arguments(parser: Parser) -> None:
+    parser.add_argument("--surrogate", type=Path, required=True, metavar="FILE", help="surrogate.safetensors")
+    parser.add_argument("--episodes", type=whole_number(1), default=32, metavar="N", help="default 32")
+    parser.add_argument("--output", type=Path, metavar="FILE.json", help="gets what is printed")
+
+
+COMMAND = Subcommand(
+    "Measure the wall time of an episode in full and through a surrogate.",
+    ("--surrogate SURROGATE/surrogate.safetensors",), run, _add_arguments,
+)  # fmt: skip

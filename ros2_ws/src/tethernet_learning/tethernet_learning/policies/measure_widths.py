@@ -1,4 +1,4 @@
-"""Measure what the width of the aiming points does (``python -m tethernet_learning.policies.measure_widths``).
+"""Measure what the width of the aiming points does.
 
 The nominal points are moved towards the middle or away from it, all by the same factor: the one direction in which a
 person would look for less fuel, and what a policy's savings are to be seen against.
@@ -6,20 +6,14 @@ person would look for less fuel, and what a policy's savings are to be seen agai
 
 from __future__ import annotations
 
-if __name__ == "__main__":
-    from tethernet_core.quiet_start import command_start
-
-    command_start()
-
 import argparse
 import dataclasses
-import sys
-from collections.abc import Sequence
 
 import numpy as np
 
-from tethernet_core.command import command
 from tethernet_core.layout import design
+from tethernet_core.subcommand import Parser, Subcommand, number, whole_number
+from tethernet_core.system.option import add_system, chosen_system, family_units
 from tethernet_learning.flown import from_outcomes
 from tethernet_learning.random_scenarios import random_scenarios
 from tethernet_learning.run_progress import Progress
@@ -59,32 +53,33 @@ def measure(mus: int, factor: float, count: int, seed: int, settings: Settings) 
     }
 
 
-@command
-def main(argv: Sequence[str] | None = None) -> int:
-    """Measure and print a table. Returns 0; 2 for bad usage."""
-    parser = argparse.ArgumentParser(
-        prog="python -m tethernet_learning.policies.measure_widths",
-        description="Fly the nominal aiming points moved towards the middle and away from it, in full.",
-    )
-    parser.add_argument("--mus", type=int, choices=(4, 8), required=True)
-    parser.add_argument("--factors", type=float, nargs="+", default=FACTORS, metavar="F", help="1: nominal")
-    parser.add_argument("--scenarios", type=int, default=16, metavar="N", help="for each factor, default 16")
-    parser.add_argument("--seed", type=int, default=0, help="default 0")
-    options = parser.parse_args(argv)
-    if options.scenarios < 1 or options.seed < 0 or not all(0.0 < factor < 2.0 for factor in options.factors):
-        parser.error("allowed: 1 scenario or more, a seed of 0 or more, factors above 0 and below 2")
+def run(options: argparse.Namespace) -> None:
+    """Measure and print a table."""
+    [mus] = family_units([chosen_system(options)])
     settings, progress = Settings.load(), Progress("widths", len(options.factors))
     print(HEAD + "\n|" + "---|" * (HEAD.count("|") - 1), flush=True)
-    for number, factor in enumerate(options.factors, 1):
-        r = measure(options.mus, factor, options.scenarios, options.seed, settings)
+    for number_, factor in enumerate(options.factors, 1):
+        r = measure(mus, factor, options.scenarios, options.seed, settings)
         print(
             f"| {factor:g} | {100 * r['captured']:.0f} % | {r['fuel_kg']:.5f} | {r['fuel_at_trigger_kg']:.5f} | "
             f"{r['trigger_time_s']:.2f} | {r['mouth_area_m2']:.0f} |",
             flush=True,
         )
-        progress.tell(number)
-    return 0
+        progress.tell(number_)
 
 
-if __name__ == "__main__":
-    sys.exit(main())
+def _add_arguments(parser: Parser) -> None:
+    add = parser.add_argument
+    add_system(parser)
+    add(
+        "--factors", type=number(0.01, 1.99), nargs="+", default=FACTORS, metavar="F",
+        help=f"distances from the middle, 1: nominal; default {' '.join(f'{factor:g}' for factor in FACTORS)}",
+    )  # fmt: skip
+    add("--scenarios", type=whole_number(1), default=16, metavar="N", help="for each factor, default 16")
+    add("--seed", type=whole_number(0), default=0, metavar="N", help="of the scenarios, default 0")
+
+
+COMMAND = Subcommand(
+    "Fly the nominal aiming points moved towards the middle and away from it, in full.",
+    ("--mus 4", "--system zenit_8mu --factors 0.9 1 1.1 --scenarios 4"), run, _add_arguments,
+)  # fmt: skip

@@ -25,7 +25,7 @@ TERMS = ("mouth", "cqi", "locked_pairs", "fuel")
 """Names of the terms: b_mouth, p_CQI, p_NL, b_end."""
 
 REFERENCES_FILE = Path(__file__).parent / "config" / "references.json"
-"""m_fmax and A_max, written by ``python -m tethernet_learning.policies.measure_references``."""
+"""m_fmax and A_max, written by ``tethernet train references``."""
 
 
 @dataclass(frozen=True)

@@ -6,16 +6,22 @@ import argparse
 import dataclasses
 import sys
 from pathlib import Path
+from typing import TypeVar
 
+from tethernet_core.errors import InputError
+from tethernet_core.subcommand import Parser, whole_number
+from tethernet_core.system.option import add_system, chosen_system, family_units
 from tethernet_learning.flight_settings import settings_fingerprint
 from tethernet_learning.policies import capture_sources as sources
+from tethernet_learning.policies.episode_settings import EpisodeSettings
 from tethernet_learning.policies.reward import VARIANTS, Reward, references
 from tethernet_planner.inference import model_file, task
 from tethernet_planner.inference.surrogate_file import NOISES, Surrogate
 from tethernet_sim.fly import Settings
 
+S = TypeVar("S", bound=EpisodeSettings)
+
 _CHOICES = {
-    "mus": (4, 8),
     "reward": VARIANTS,
     "symmetry": task.SYMMETRIES,
     "source": (sources.SURROGATE, sources.FULL),
@@ -23,29 +29,40 @@ _CHOICES = {
 }
 
 
-def add(parser: argparse.ArgumentParser, settings: type) -> None:
+def add(parser: Parser, settings: type) -> None:
     """Make every field of a dataclass of settings an option, and add those of the run itself."""
     for field in dataclasses.fields(settings):
         flag, choices = f"--{field.name.replace('_', '-')}", _CHOICES.get(field.name)
-        if field.default is dataclasses.MISSING:
-            parser.add_argument(flag, type=int, choices=choices, required=True)
+        if field.name == "mus":
+            add_system(parser)
         elif isinstance(field.default, bool):
             parser.add_argument(flag, action="store_true")
+        elif field.name == "seed":
+            parser.add_argument(flag, type=whole_number(0), default=field.default, metavar="N", help="default 0")
         else:
             kind, text = type(field.default), f"default {field.default}"
-            parser.add_argument(flag, type=kind, default=field.default, choices=choices, help=text)
+            metavar = None if choices else {int: "N", float: "X"}.get(kind)
+            parser.add_argument(
+                flag, type=kind, default=field.default, choices=choices, metavar=metavar, help=text
+            )  # fmt: skip
     parser.add_argument("--surrogate", type=Path, metavar="FILE", help="needed with --source surrogate")
     parser.add_argument("--output", type=Path, required=True, metavar="FOLDER", help="of this run")
 
 
-def parse(parser: argparse.ArgumentParser, argv) -> argparse.Namespace:
-    """Parse the words; ends the process for bad usage."""
-    options = parser.parse_args(argv)
+def settings_of(options: argparse.Namespace, settings: type[S]) -> S:
+    """Settings from the options that :func:`add` has made of them.
+
+    Raises:
+        InputError: for values that cannot be used.
+    """
     if options.source == sources.SURROGATE and options.surrogate is None:
-        parser.error("--source surrogate needs --surrogate FILE")
-    if options.seed < 0:
-        parser.error(f"--seed {options.seed}: allowed: 0 or more")
-    return options
+        raise InputError("--source surrogate needs --surrogate FILE")
+    [mus] = family_units([chosen_system(options)])
+    given = {field.name: getattr(options, field.name) for field in dataclasses.fields(settings) if field.name != "mus"}
+    try:
+        return settings(mus=mus, **given)
+    except ValueError as error:
+        raise InputError(str(error)) from error
 
 
 def prepare(settings, surrogate_file: Path | None) -> tuple[sources.Source, Reward, dict]:
@@ -69,7 +86,7 @@ def prepare(settings, surrogate_file: Path | None) -> tuple[sources.Source, Rewa
     if references()[str(reward.mus)]["flight_parameters"] != fingerprint:
         print(
             "warning: the reward's constants were measured with other flight parameters; "
-            "python -m tethernet_learning.policies.measure_references measures them anew",
+            "tethernet train references measures them anew",
             file=sys.stderr,
         )
     if file:

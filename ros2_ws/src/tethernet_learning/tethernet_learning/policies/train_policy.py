@@ -1,23 +1,17 @@
-"""Train a policy for the aiming points with PPO (``python -m tethernet_learning.policies.train_policy``)."""
+"""Train a policy for the aiming points with PPO."""
 
 from __future__ import annotations
 
-if __name__ == "__main__":
-    from tethernet_core.quiet_start import command_start
-
-    command_start()
-
 import argparse
-import dataclasses
 import json
 import sys
 import time
-from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
 
-from tethernet_core.command import command
+from tethernet_core.extras import require
+from tethernet_core.subcommand import Parser, Subcommand, whole_number
 from tethernet_learning import run_folder
 from tethernet_learning.policies import capture_sources as sources
 from tethernet_learning.policies import checkpoint, history, run_options
@@ -80,39 +74,33 @@ def train(folder: Path, settings: PpoSettings, source: sources.Source, reward: R
     return folder / POLICY
 
 
-@command
-def main(argv: Sequence[str] | None = None) -> int:
-    """Train. Returns 0; 2 for bad usage or a folder with another run."""
-    parser = argparse.ArgumentParser(
-        prog="python -m tethernet_learning.policies.train_policy",
-        description="Train a policy with PPO. Defaults are the paper's. Killed and started again with the same words "
-        "it goes on and comes to the same policy.",
-    )
-    run_options.add(parser, PpoSettings)
-    parser.add_argument("--torch-threads", type=int, default=1, metavar="N")
-    options = run_options.parse(parser, argv)
-    try:
-        names = [field.name for field in dataclasses.fields(PpoSettings)]
-        settings = PpoSettings(**{name: getattr(options, name) for name in names})
-        source, reward, facts = run_options.prepare(settings, options.surrogate)
-        if run_folder.claim(options.output, {"command": "train_policy", **facts}):
-            print(f"going on in {options.output}", file=sys.stderr)
-    except ValueError as error:
-        print(f"error: {error}", file=sys.stderr)
-        return 2
+def run(options: argparse.Namespace) -> None:
+    """Train; prints the policy's file and what the last tenth of training came to."""
+    settings = run_options.settings_of(options, PpoSettings)
+    source, reward, facts = run_options.prepare(settings, options.surrogate)
+    require("torch", "stable_baselines3", "gymnasium", "tensorboard")
+    if run_folder.claim(options.output, {"command": "train_policy", **facts}):
+        print(f"going on in {options.output}", file=sys.stderr)
     import torch
 
     torch.set_num_threads(options.torch_threads)
     about = {"method": "ppo", **facts, "commit": model_file.commit()}
-    try:
-        file = train(options.output, settings, source, reward, about)
-    except checkpoint.CheckpointError as error:
-        print(f"error: {error}", file=sys.stderr)
-        return 2
+    file = train(options.output, settings, source, reward, about)
     print(file)
     print(json.dumps(model_file.read(file, KIND)[1]["last_tenth"], indent=2))
-    return 0
 
 
-if __name__ == "__main__":
-    sys.exit(main())
+def _add_arguments(parser: Parser) -> None:
+    run_options.add(parser, PpoSettings)
+    parser.add_argument("--torch-threads", type=whole_number(1), default=1, metavar="N", help="default 1")
+
+
+COMMAND = Subcommand(
+    "Train a policy for the aiming points with PPO. Defaults are the paper's. Killed and started again with the same "
+    "words it goes on and comes to the same policy.",
+    (
+        "--mus 8 --surrogate SURROGATE/surrogate.safetensors --output RUN",
+        "--mus 4 --source full --reward lean --episodes 1280 --output RUN",
+    ),
+    run, _add_arguments,
+)  # fmt: skip

@@ -1,26 +1,18 @@
-"""Train surrogates on one data set and compare them in one table.
-
-``python -m tethernet_learning.surrogates.train_surrogate``.
-"""
+"""Train surrogates on one data set and compare them in one table."""
 
 from __future__ import annotations
-
-if __name__ == "__main__":
-    from tethernet_core.quiet_start import command_start
-
-    command_start()
 
 import argparse
 import dataclasses
 import json
 import shutil
-import sys
 import time
-from collections.abc import Sequence
 from pathlib import Path
 
 from tethernet_core import atomic_file
-from tethernet_core.command import command
+from tethernet_core.errors import InputError
+from tethernet_core.extras import require
+from tethernet_core.subcommand import Parser, Subcommand, whole_number
 from tethernet_learning import run_folder
 from tethernet_learning.data import data_set
 from tethernet_learning.run_progress import Progress
@@ -77,40 +69,22 @@ def plot(path: Path, results: dict[str, dict]) -> None:
     figure.savefig(path, dpi=150)
 
 
-def _arguments(argv: Sequence[str] | None) -> argparse.Namespace:
-    parser = argparse.ArgumentParser(
-        prog="python -m tethernet_learning.surrogates.train_surrogate",
-        description="Train surrogates on one data set, test them on unseen scenarios, compare them in one table. "
-        "Killed and started again with the same words it keeps the models that are done.",
-    )
-    parser.add_argument("--data", type=Path, required=True, metavar="FOLDER", help="of make_data")
-    parser.add_argument("--output", type=Path, required=True, metavar="FOLDER", help="models, report, plot")
-    parser.add_argument("--models", nargs="+", choices=MODELS, default=list(MODELS), metavar="MODEL")
-    parser.add_argument("--seed", type=int, default=0, help="of training, default 0")
-    parser.add_argument("--epochs", type=int, metavar="N", help="instead of each network's own")
-    parser.add_argument("--trees", type=int, metavar="N", help="instead of the forest's own")
-    parser.add_argument("--torch-threads", type=int, default=2, metavar="N")
-    return parser.parse_args(argv)
-
-
-@command
-def main(argv: Sequence[str] | None = None) -> int:
-    """Train, test, write. Returns 0; 2 for bad usage."""
-    options = _arguments(argv)
-    import torch
-
-    torch.set_num_threads(options.torch_threads)
+def run(options: argparse.Namespace) -> None:
+    """Train, test, write; prints the table."""
     overrides = {name: value for name in ("epochs", "trees") if (value := getattr(options, name)) is not None}
     files = {split: options.data / f"{split}.parquet" for split in ("train", "test")}
     try:
         data, test = (data_set.read(file) for file in files.values())
         materials = prepare(data, options.seed)
-        fingerprints = {split: model_file.file_fingerprint(file) for split, file in files.items()}
-        settings = {"command": "train_surrogate", "data": fingerprints, "seed": options.seed, "overrides": overrides}
-        run_folder.claim(options.output, settings)
     except ValueError as error:
-        print(f"error: {error}", file=sys.stderr)
-        return 2
+        raise InputError(str(error)) from error
+    require("torch", "sklearn")
+    import torch
+
+    torch.set_num_threads(options.torch_threads)
+    fingerprints = {split: model_file.file_fingerprint(file) for split, file in files.items()}
+    settings = {"command": "train_surrogate", "data": fingerprints, "seed": options.seed, "overrides": overrides}
+    run_folder.claim(options.output, settings)
     about = {
         "mus": data.mus,
         "commit": model_file.commit(),
@@ -140,8 +114,25 @@ def main(argv: Sequence[str] | None = None) -> int:
     atomic_file.write_text(options.output / "report.md", text)
     plot(options.output / "calibration.png", results)
     print(text)
-    return 0
 
 
-if __name__ == "__main__":
-    sys.exit(main())
+def _add_arguments(parser: Parser) -> None:
+    add = parser.add_argument
+    add("--data", type=Path, required=True, metavar="FOLDER", help="of tethernet data make")
+    add("--output", type=Path, required=True, metavar="FOLDER", help="models, report, plot")
+    add(
+        "--models", nargs="+", choices=MODELS, default=list(MODELS), metavar="MODEL",
+        help=f"of {', '.join(MODELS)}; default all",
+    )  # fmt: skip
+    add("--seed", type=whole_number(0), default=0, metavar="N", help="of training, default 0")
+    add("--epochs", type=whole_number(1), metavar="N", help="instead of each network's own")
+    add("--trees", type=whole_number(1), metavar="N", help="instead of the forest's own")
+    add("--torch-threads", type=whole_number(1), default=2, metavar="N", help="default 2")
+
+
+COMMAND = Subcommand(
+    "Train surrogates on one data set, test them on unseen scenarios, compare them in one table. Killed and started "
+    "again with the same words it keeps the models that are done.",
+    ("--data DATA --output SURROGATE", "--data DATA --output SURROGATE --models trees mlp --epochs 40"),
+    run, _add_arguments,
+)  # fmt: skip

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from tethernet_core.atomic_file import write_whole
+from tethernet_core.errors import InputError
 
 if TYPE_CHECKING:  # numba behind it takes half a second, and who only reads a model needs none of it
     pass
@@ -21,7 +22,7 @@ VERSION = 2
 _KEY = "tethernet"
 
 
-class ModelFileError(ValueError):
+class ModelFileError(InputError):
     """A file is not what it should be: what was found, and what is allowed."""
 
 

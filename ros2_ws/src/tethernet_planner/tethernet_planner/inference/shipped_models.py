@@ -59,5 +59,5 @@ def find(kind: str, word: str, shipped_word: str, mu_count: int) -> Path:
     raise FileNotFoundError(
         f"no {kind} for {mu_count} MUs is shipped with this version; give the path of one that "
         f"tethernet_learning has trained (PATH/{kind}{SUFFIX}), or put it in its place with "
-        "python -m tethernet_learning.evaluation.install_model"
+        "tethernet models install"
     )

@@ -1,0 +1,1 @@
+"""The command ``tethernet``: everything but flying a mission over ROS 2."""
