@@ -5,7 +5,9 @@
 #                                                      TEST_WITH="test learning": those that train too (torch);
 #                                                      "test learning cluster": those on a Ray cluster too
 #   make test-all       the slow ones too
-#   make lint           linter and formatter, check only; `make format` puts right what they can
+#   make lint           linter, formatter and type checker, check only; `make format` puts right what
+#                                                      the first two can
+#   make stubs          types of the messages for the type checker, after a change of a message
 #   make bench          all benchmarks                   BENCH=engine runs one, BENCH_ARGS=--smoke a short run
 #   make evaluate       policies on unseen scenarios     EVALUATE_ARGS="--mus 8 --policy PATH/policy.safetensors"
 #   make cards          measures the shipped models anew and writes their cards, after a change of physics or control
@@ -21,7 +23,7 @@ TEST_WITH ?= test
 
 SETUP = $(PYTHON) -m bootstrap
 
-.PHONY: setup test test-all lint format bench evaluate cards lock clean
+.PHONY: setup test test-all lint format stubs bench evaluate cards lock clean
 
 setup:
 	$(SETUP) mission
@@ -35,10 +37,14 @@ test-all:
 lint:
 	$(SETUP) lint -- -m ruff check .
 	$(SETUP) lint -- -m ruff format --check .
+	$(SETUP) lint -- -m mypy
 
 format:
 	$(SETUP) lint -- -m ruff check --fix .
 	$(SETUP) lint -- -m ruff format .
+
+stubs:
+	$(SETUP) lint -- -m typings.make_stubs
 
 bench:
 	@set -e; for name in $(BENCH); do echo "benchmark $$name"; $(SETUP) bench -- -m benchmarks.$$name $(BENCH_ARGS); done
@@ -53,6 +59,6 @@ lock:
 	$(PYTHON) -m bootstrap.pins
 
 clean:
-	rm -rf .venv .venv.* ros2_ws/build ros2_ws/install ros2_ws/log .pytest_cache .ruff_cache
+	rm -rf .venv .venv.* ros2_ws/build ros2_ws/install ros2_ws/log .pytest_cache .ruff_cache .mypy_cache
 	find . -name __pycache__ -prune -exec rm -rf {} +
 	find ros2_ws/src -name "*.egg-info" -prune -exec rm -rf {} +

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tethernet_control.law import law_numbers
+from tethernet_control.law_numbers import law_numbers
 from tethernet_core.layout import nominal_aiming_points
 from tethernet_sim.fly import Settings
 from tethernet_sim.kernels import control as control_kernels

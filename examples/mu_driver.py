@@ -116,7 +116,8 @@ class MuDriver(Node):
         if stamp_ns < self._thrust_ns:
             return  # older than what is being done
         self._thrust_ns = stamp_ns
-        self._thrust = tuple(max(-THRUST_LIMIT_N, min(THRUST_LIMIT_N, value)) for value in thrust)
+        x, y, z = (max(-THRUST_LIMIT_N, min(THRUST_LIMIT_N, value)) for value in thrust)
+        self._thrust = (x, y, z)
         if self._wanted_ns is not None and self._answered:
             self._step_to(self._wanted_ns)
 
@@ -200,7 +201,7 @@ _started = threading.Event()
 """rclpy listens to the signals."""
 
 
-def _leave_before_start(_number, _frame) -> None:
+def _leave_before_start(_number: int, _frame: object) -> None:
     if not _started.is_set():
         os._exit(0)  # nothing to clean up yet
 

@@ -7,7 +7,7 @@ import pytest
 
 from tethernet_control import estimator
 from tethernet_control.controller import MuController
-from tethernet_control.law import law_numbers
+from tethernet_control.law_numbers import law_numbers
 from tethernet_core.mission import Mission, arm, launch
 from tethernet_core.parameters import load
 from tethernet_core.settings import ControlParameters

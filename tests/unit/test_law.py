@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from tethernet_control import estimator, law
-from tethernet_control.law import law_numbers
+from tethernet_control.law_numbers import law_numbers
 from tethernet_core.parameters import load
 from tethernet_core.settings import ControlParameters, paper
 

@@ -135,7 +135,7 @@ def imported(package: str) -> set[str]:
                 found.add(node.module.partition(".")[0])
             elif isinstance(node, ast.Constant) and isinstance(node.value, str):
                 found |= set(re.findall(r"^(\w+)/msg/[A-Z]\w+$", node.value))
-    return found - set(sys.stdlib_module_names) - {package}
+    return found - set(sys.stdlib_module_names) - {package, "_typeshed"}  # that one exists for the type checker alone
 
 
 @pytest.mark.parametrize("package", PYTHON_PACKAGES)

@@ -16,7 +16,7 @@ setup(
         ("share/" + NAME, ["package.xml"]),
     ],
     python_requires=">=3.11",
-    install_requires=["tethernet_ros", "tethernet_core"],
+    install_requires=["numpy", "tethernet_ros", "tethernet_core"],
     zip_safe=False,
     entry_points={
         "console_scripts": [

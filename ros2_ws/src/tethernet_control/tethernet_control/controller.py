@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 from tethernet_control import estimator, law
-from tethernet_control.law import law_numbers
+from tethernet_control.law_numbers import law_numbers
 from tethernet_core.bounds import FARTHEST_M
-from tethernet_core.mission import Mission, Mode, Phase, seconds_between
+from tethernet_core.mission import Mission, Mode, Phase, Point, as_point, seconds_between
 from tethernet_core.mission_gate import MissionGate
 from tethernet_core.settings import NANOSECOND_S, ControlParameters
 from tethernet_core.step_guard import StampGuard, Step
@@ -61,7 +61,7 @@ class MuController:
         self.parameters = parameters
         self.mode = Mode.IDLE
         self.statistics = ControllerStatistics()
-        self.aiming_point: tuple[float, float, float] | None = None
+        self.aiming_point: Point | None = None
         self.aiming_source = ""
         self.desired = [math.nan] * 3
         self.stamp_ns: int | None = None
@@ -71,7 +71,7 @@ class MuController:
         self._clock, self._beats = StampGuard(parameters), StampGuard(parameters)
         self._planner_ns: int | None = None
         self._start: list[float] | None = None
-        self._close_before: tuple = ()
+        self._close_before: tuple[Point, ...] = ()
         self._law = law_numbers(parameters)
         self._state = [0.0] * 9
         self._covariance = [0.0] * 6
@@ -137,12 +137,14 @@ class MuController:
         self._integral[:] = self._carry[:] = ZERO
         self.statistics.tracking_error_m = self.statistics.max_tracking_error_m = 0.0
 
-    def aim(self, point, source: str) -> None:
+    def aim(self, point: Iterable[float], source: str) -> None:
         """Set the aiming point [m] and where it comes from."""
-        self.aiming_point = tuple(float(value) for value in point)
+        self.aiming_point = as_point(point)
         self.aiming_source = source
 
-    def on_odometry(self, stamp_ns: int, position, velocity) -> tuple[float, float, float] | None:
+    def on_odometry(
+        self, stamp_ns: int, position: Sequence[float], velocity: Sequence[float]
+    ) -> tuple[float, float, float] | None:
         """Answer one odometry sample.
 
         Args:
@@ -155,11 +157,13 @@ class MuController:
             numbers or its stamp cannot be.
         """
         if not all(abs(value) < _FARTHEST for value in (*position, *velocity)):  # NaN is not
-            return self._drop(f"not finite, or not within {_FARTHEST:g} m and m/s")
+            self._drop(f"not finite, or not within {_FARTHEST:g} m and m/s")
+            return None
         step = self._clock.take(stamp_ns)
         if not step.good:
             self.statistics.clock_jumps += step is Step.JUMP
-            return self._drop(self._clock.why(stamp_ns))
+            self._drop(self._clock.why(stamp_ns))
+            return None
         if step is Step.ANEW:
             self._begin_clock()
         if self._planner_ns is None:
@@ -169,7 +173,8 @@ class MuController:
         self.stamp_ns = stamp_ns
         self._command(stamp_ns, position, velocity, period)
         self.statistics.commands += 1
-        return tuple(self._thrust)
+        x, y, z = self._thrust
+        return (x, y, z)
 
     def _drop(self, why: str) -> None:
         self.statistics.rejected_odometry += 1
@@ -218,7 +223,7 @@ class MuController:
         if not self.mission.closing or self.stamp_ns is None or self.stamp_ns < self.mission.closing_ns:
             self.statistics.fuel_at_trigger_kg = self.statistics.fuel_kg
 
-    def _observe(self, stamp_ns: int, position, velocity) -> None:
+    def _observe(self, stamp_ns: int, position: Sequence[float], velocity: Sequence[float]) -> None:
         """Take the sample into the estimate; the thrust on the account is what acted since the last one."""
         statistics, law_ = self.statistics, self._law
         if law_.estimate > 0.0:
@@ -251,10 +256,10 @@ class MuController:
         acting = self._thrust if missed * p.period_ns < p.held_ns else ZERO
         return acting, (gap_ns - missed * p.period_ns) * NANOSECOND_S
 
-    def _command(self, stamp_ns: int, position, velocity, period: float) -> None:
-        mission = self.mission
-        flying = mission.phase in (Phase.DEPLOYING, Phase.CLOSING) and self.aiming_point is not None
-        if not flying or stamp_ns < mission.launch_ns:
+    def _command(self, stamp_ns: int, position: Sequence[float], velocity: Sequence[float], period: float) -> None:
+        mission, aim = self.mission, self.aiming_point
+        flying = mission.phase in (Phase.DEPLOYING, Phase.CLOSING)
+        if not flying or aim is None or stamp_ns < mission.launch_ns:
             self._stop(Mode.OFF if mission.phase.over or mission.closing else Mode.IDLE)
             return
         elapsed = seconds_between(mission.launch_ns, stamp_ns)
@@ -277,11 +282,11 @@ class MuController:
         points = mission.closing_points
         if self._close_before and stamp_ns < mission.points_ns:
             points = self._close_before  # news of the planner hold from the next tick on
-        close = points[self.mu - 1] if points else self.aiming_point
+        close = points[self.mu - 1] if points else aim
         if law.command(
             self._law, elapsed, closing_elapsed,
             mission.closing_duration_s if mission.closing else 1.0, period, position, velocity,
-            self._start, self.aiming_point, close, self._state, self._integral, self._carry,
+            self._start, aim, close, self._state, self._integral, self._carry,
             self._thrust, self.desired, self._speed,
         ):  # fmt: skip
             self.statistics.saturated += 1

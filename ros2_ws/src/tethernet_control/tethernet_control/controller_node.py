@@ -32,7 +32,7 @@ from tethernet_msgs.msg import MuStatus
 from tethernet_msgs.srv import PlanAimingPoints
 from tethernet_ros import checks, executor, topics
 from tethernet_ros.checks import MissionNews, PlanAnswer
-from tethernet_ros.conversions import point_message, set_stamp
+from tethernet_ros.conversions import Vector, point_message, set_stamp
 from tethernet_ros.door import Door
 from tethernet_ros.parameters import NODE_OPTIONS, declare
 from tethernet_ros.qos import CONTROL, STATE
@@ -72,7 +72,7 @@ class ControllerNode(Node):
         self._period_s = self._settings.control_period_s
         self._patience_s = self._settings.watchdog_periods * self._period_s * identity.watchdog_wall_factor
         self._echo = 0
-        self._published: tuple = ()
+        self._published: tuple[object, ...] = ()
         self._answered = 0
         self._newest_odometry_s = math.inf
         self._plan_deadline_s = math.inf
@@ -125,7 +125,7 @@ class ControllerNode(Node):
         if self._news() != self._published:
             self._publish_status()
 
-    def _publish_thrust(self, stamp_ns: int, thrust) -> None:
+    def _publish_thrust(self, stamp_ns: int, thrust: Vector) -> None:
         set_stamp(self._thrust.header.stamp, stamp_ns)
         force = self._thrust.wrench.force
         force.x, force.y, force.z = thrust
@@ -185,7 +185,7 @@ class ControllerNode(Node):
         mission = self._controller.mission
         self._aim(nominal_aiming_points(mission.mu_count, mission.debris_position)[self._mu - 1], FALLBACK)
 
-    def _aim(self, point, source: str) -> None:
+    def _aim(self, point: Vector, source: str) -> None:
         self._plan_deadline_s = math.inf
         self._controller.aim(point, source)
         self._confirm()
@@ -212,7 +212,7 @@ class ControllerNode(Node):
         if self._controller.stamp_ns is not None:
             self._publish_thrust(self._controller.stamp_ns, ZERO)
 
-    def _news(self) -> tuple:
+    def _news(self) -> tuple[object, ...]:
         """What is reported at once when it changes."""
         controller = self._controller
         return (controller.mode, self._echo, controller.aiming_source, self._door.dropped)

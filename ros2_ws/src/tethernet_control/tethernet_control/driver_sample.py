@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
+import numpy as np
+import numpy.typing as npt
 from nav_msgs.msg import Odometry
 from rosgraph_msgs.msg import Clock
 
@@ -44,5 +44,5 @@ def driver_sample(message: Odometry, arrival_s: float, clock_ns: int | None) -> 
     )
 
 
-def _variances(covariance: Sequence[float]) -> tuple[float, float, float]:
+def _variances(covariance: npt.NDArray[np.float64]) -> tuple[float, float, float]:
     return (float(covariance[0]), float(covariance[7]), float(covariance[14]))

@@ -6,10 +6,13 @@ the same noise, so they share one covariance matrix. Scalar arithmetic only: see
 
 ``state`` holds nine numbers: position x y z [m], velocity x y z [m/s], disturbance x y z [m/s^2]. ``covariance`` holds
 the six different entries of one axis' matrix: pp, pv, pd, vv, vd, dd; all zero means that nothing is known yet.
-``p`` is :class:`tethernet_control.law.Law`.
+``p`` is :class:`tethernet_control.law_numbers.Law`.
 """
 
 from __future__ import annotations
+
+from tethernet_control.law_numbers import Law
+from tethernet_control.vectors import Output, Vector
 
 DISTURBANCE_SIGMA = 0.5
 """What the disturbance may be at first, per axis, 1 sigma [m/s^2]: at launch the threads are slack, in flight they pull
@@ -26,7 +29,7 @@ that is turned away again and again is believed after 14 of them, whatever came 
 variance is beyond."""
 
 
-def begin(p, position, velocity, state, covariance):
+def begin(p: Law, position: Vector, velocity: Vector, state: Output, covariance: Output) -> None:
     """Start from one sample; the disturbance is unknown."""
     for axis in range(3):
         state[axis] = position[axis]
@@ -40,7 +43,7 @@ def begin(p, position, velocity, state, covariance):
     covariance[5] = DISTURBANCE_SIGMA * DISTURBANCE_SIGMA
 
 
-def known(covariance):
+def known(covariance: Vector) -> bool:
     """True while the covariance is positive definite and the position known to 100 m; NaN is neither."""
     pp, pv, pd = covariance[0], covariance[1], covariance[2]
     vv, vd, dd = covariance[3], covariance[4], covariance[5]
@@ -51,7 +54,7 @@ def known(covariance):
     return vv > 0.0 and vv * dd - vd * vd > 0.0
 
 
-def predict(p, thrust, period, state, covariance):
+def predict(p: Law, thrust: Vector, period: float, state: Output, covariance: Output) -> None:
     """Carry the estimate over ``period`` [s] of constant ``thrust`` [N].
 
     Process noise: white impulses on the velocity (threads that snap taut) and a random walk of the disturbance.
@@ -77,7 +80,7 @@ def predict(p, thrust, period, state, covariance):
     covariance[5] = dd + walk
 
 
-def update(p, position, velocity, state, covariance):
+def update(p: Law, position: Vector, velocity: Vector, state: Output, covariance: Output) -> float:
     """Correct the estimate by one sample, unless it lies so far off that it is an outlier.
 
     Returns:
@@ -116,7 +119,15 @@ def update(p, position, velocity, state, covariance):
     return squared
 
 
-def observe(p, thrust, period, position, velocity, state, covariance):
+def observe(
+    p: Law,
+    thrust: Vector,
+    period: float,
+    position: Vector,
+    velocity: Vector,
+    state: Output,
+    covariance: Output,
+) -> bool:
     """One sample: predict by the thrust that acted since the last one, then correct; begin where nothing is known, and
     begin anew where nothing is known any more: after rubbish for longer than the covariance may grow, or where rounding
     has taken its sign. The estimate stays finite and its covariance positive definite for all finite samples.

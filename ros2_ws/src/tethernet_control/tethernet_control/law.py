@@ -2,51 +2,30 @@
 
 The functions run as plain Python in a controller node and are compiled (without fast-math) by the batch engine; both
 give the same bits, because only + - * /, square roots and comparisons of doubles occur, in the same order. Arguments
-named as vectors are sequences of three floats; outputs are written in place. ``p`` is always :class:`Law`.
+named as vectors are sequences of three floats; outputs are written in place. ``p`` is always :class:`.law_numbers.Law`.
 """
 
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
 
 from tethernet_control import estimator
-from tethernet_core.settings import ControlParameters
+from tethernet_control.law_numbers import Law
+from tethernet_control.vectors import Output, Vector
 
 
-class Law(NamedTuple):
-    """The numbers of the law, as plain floats: compiled code takes them as they are. Meaning:
-    settings.ControlParameters.
-    """
-
-    estimate: float  # 1: Kalman filter, 0: raw samples
-    position_variance: float  # [m^2]
-    velocity_variance: float  # [m^2/s^2]
-    velocity_noise: float  # [m/s/sqrt(s)]
-    disturbance_noise: float  # [m/s^2/sqrt(s)]
-    innovation_gate: float  # [-]
-    mass: float  # [kg]
-    deployment_time: float  # [s]
-    ramp_time: float  # [s]
-    follow_through: float  # [m]
-    kp: float  # [N/m]
-    ki: float  # [N/(m s)]
-    kd: float  # [N s/m]
-    feed_forward: float  # 0 or 1
-    anti_windup: float  # 0 or 1
-    dead_band: float  # [N]
-    minimum_impulse: float  # [N s]
-    limit: float  # [N]
-    intercept: float  # 1: closing by intercept guidance, 0: by tracking a line
-    closing_coast: float  # [s]
-    closing_dead_band: float  # [m/s]
-    closing_response: float  # [s]
-    shortest_to_go: float  # [s]
-    hold_kp: float  # [N/m]
-    hold_kd: float  # [N s/m]
-
-
-def reference(p, elapsed, closing_elapsed, closing_duration, start, aim, close, desired, speed, push):
+def reference(
+    p: Law,
+    elapsed: float,
+    closing_elapsed: float,
+    closing_duration: float,
+    start: Vector,
+    aim: Vector,
+    close: Vector,
+    desired: Output,
+    speed: Output,
+    push: Output,
+) -> None:
     """Where an MU shall be and how fast, written to ``desired`` [m] and ``speed`` [m/s]; ``push`` [N] gets it up to
     speed.
 
@@ -103,7 +82,16 @@ def reference(p, elapsed, closing_elapsed, closing_duration, start, aim, close, 
         push[axis] = gain * (aim[axis] - start[axis])
 
 
-def pid_thrust(p, position, velocity, desired, speed, integral, period, thrust):
+def pid_thrust(
+    p: Law,
+    position: Vector,
+    velocity: Vector,
+    desired: Vector,
+    speed: Vector,
+    integral: Output,
+    period: float,
+    thrust: Output,
+) -> None:
     """The paper's PID (Eq. 2), before the limit; written to ``thrust`` [N].
 
     F = Kp e - Kd v + Ki integral(e), e = desired - position; the derivative acts on the velocity itself. With feed
@@ -136,7 +124,14 @@ def pid_thrust(p, position, velocity, desired, speed, integral, period, thrust):
         thrust[axis] = force
 
 
-def intercept_thrust(p, position, velocity, target, time_to_go, thrust):
+def intercept_thrust(
+    p: Law,
+    position: Vector,
+    velocity: Vector,
+    target: Vector,
+    time_to_go: float,
+    thrust: Output,
+) -> None:
     """Closing guidance: bring the MU to ``target`` in ``time_to_go`` along a free flight; written to ``thrust`` [N].
 
     The velocity that would carry the MU there without any further thrust is compared with the one it has; what is
@@ -162,7 +157,7 @@ def intercept_thrust(p, position, velocity, target, time_to_go, thrust):
         thrust[axis] *= gain
 
 
-def hold_thrust(p, position, velocity, target, thrust):
+def hold_thrust(p: Law, position: Vector, velocity: Vector, target: Vector, thrust: Output) -> None:
     """Closing, when the MUs should have met: a spring and a damper hold the MU at ``target`` against the net's pull;
     written to ``thrust`` [N].
     """
@@ -170,7 +165,7 @@ def hold_thrust(p, position, velocity, target, thrust):
         thrust[axis] = p.hold_kp * (target[axis] - position[axis]) - p.hold_kd * velocity[axis]
 
 
-def apply_thruster_limits(p, period, carry, thrust):
+def apply_thruster_limits(p: Law, period: float, carry: Output, thrust: Output) -> bool:
     """What the thrusters do of a wanted thrust: minimum impulse bit, limit. ``thrust`` is changed in place.
 
     Args:
@@ -204,9 +199,23 @@ def apply_thruster_limits(p, period, carry, thrust):
 
 
 def command(
-    p, elapsed, closing_elapsed, closing_duration, period, position, velocity, start, aim, close,
-    state, integral, carry, thrust, desired, speed,
-):  # fmt: skip
+    p: Law,
+    elapsed: float,
+    closing_elapsed: float,
+    closing_duration: float,
+    period: float,
+    position: Vector,
+    velocity: Vector,
+    start: Vector,
+    aim: Vector,
+    close: Vector,
+    state: Vector,
+    integral: Output,
+    carry: Output,
+    thrust: Output,
+    desired: Output,
+    speed: Output,
+) -> bool:
     """Command one MU in flight, from where it is thought to be; see :func:`estimator.observe` for that.
 
     Args:
@@ -245,7 +254,7 @@ def command(
     return apply_thruster_limits(p, period, carry, thrust)
 
 
-def fuel_used(thrust, duration, specific_impulse, gravity):
+def fuel_used(thrust: Vector, duration: float, specific_impulse: float, gravity: float) -> float:
     """Fuel for a constant thrust [kg] (paper, Eq. 3).
 
     Args:
@@ -258,7 +267,7 @@ def fuel_used(thrust, duration, specific_impulse, gravity):
     return math.sqrt(squared) * duration / (gravity * specific_impulse)
 
 
-def distance(first, second):
+def distance(first: Vector, second: Vector) -> float:
     """Distance of two points [m]."""
     x = first[0] - second[0]
     y = first[1] - second[1]
@@ -271,35 +280,3 @@ CALLED = (
     estimator.update, estimator.begin, estimator.known,
 )  # fmt: skip
 """Functions that others here call: what compiles one of those must know these too."""
-
-
-def law_numbers(control: ControlParameters) -> Law:
-    """The numbers that the control law and the estimator work with."""
-    return Law(
-        estimate=float(control.estimator == "kalman"),
-        # A filter that is told of no noise at all would divide by zero.
-        position_variance=max(control.position_sigma_m, 1e-6) ** 2,
-        velocity_variance=max(control.velocity_sigma_m_s, 1e-6) ** 2,
-        velocity_noise=control.velocity_noise,
-        disturbance_noise=control.disturbance_noise,
-        innovation_gate=control.innovation_gate,
-        mass=control.known_mass_kg,
-        deployment_time=control.deployment_time_s,
-        ramp_time=control.ramp_time_s,
-        follow_through=control.follow_through_m,
-        kp=control.kp,
-        ki=control.ki,
-        kd=control.kd,
-        feed_forward=float(control.feed_forward),
-        anti_windup=float(control.anti_windup),
-        dead_band=control.dead_band_n,
-        minimum_impulse=control.minimum_impulse_n_s,
-        limit=control.thrust_limit_n,
-        intercept=float(control.closing_law == "intercept"),
-        closing_coast=control.closing_coast_s,
-        closing_dead_band=control.closing_dead_band_m_s,
-        closing_response=control.closing_response_s,
-        shortest_to_go=control.closing_shortest_s,
-        hold_kp=control.closing_hold_kp,
-        hold_kd=control.closing_hold_kd,
-    )

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import ClassVar, TypeVar
+from typing import ClassVar, TypeVar, overload
 
 import numpy as np
+import numpy.typing as npt
 
 from tethernet_core.layout import design
 from tethernet_core.parameters import parameter
@@ -70,10 +72,10 @@ class HullQuality:
 def hull_quality(
     knots: np.ndarray,
     mus: np.ndarray,
-    net_center,
-    debris_position,
+    net_center: Iterable[float],
+    debris_position: Iterable[float],
     parameters: QualityParameters,
-    net_center_all=None,
+    net_center_all: Iterable[float] | None = None,
 ) -> HullQuality:
     """The Capture Quality Index of a net (paper, Eq. 4).
 
@@ -141,12 +143,32 @@ def mouth_order(mu_count: int) -> tuple[int, ...]:
     return design(mu_count).closing_ring or (1, 2, 4, 3)
 
 
-def tight(cqi: Numbers, parameters: QualityParameters) -> Numbers:
+@overload
+def tight(cqi: float, parameters: QualityParameters) -> bool: ...
+
+
+@overload
+def tight(cqi: np.ndarray, parameters: QualityParameters) -> npt.NDArray[np.bool_]: ...
+
+
+def tight(cqi: float | np.ndarray, parameters: QualityParameters) -> bool | npt.NDArray[np.bool_]:
     """Whether the net lies tight: the CQI that decides is below the threshold. Numbers or arrays."""
     return cqi < parameters.cqi_threshold
 
 
-def captured(cqi: Numbers, locked_pairs: Numbers, mu_count: int, parameters: QualityParameters) -> Numbers:
+@overload
+def captured(cqi: float, locked_pairs: float, mu_count: int, parameters: QualityParameters) -> bool: ...
+
+
+@overload
+def captured(
+    cqi: np.ndarray, locked_pairs: np.ndarray, mu_count: int, parameters: QualityParameters
+) -> npt.NDArray[np.bool_]: ...
+
+
+def captured(
+    cqi: float | np.ndarray, locked_pairs: float | np.ndarray, mu_count: int, parameters: QualityParameters
+) -> bool | npt.NDArray[np.bool_]:
     """The paper's test of success: settled CQI below the threshold and enough locked pairs.
 
     Args:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 KNOT_ROWS = 23
@@ -81,7 +82,7 @@ FALLBACK = "nominal (fallback)"
 """Source of nominal aiming points that stand in for those of a policy which could not be had."""
 
 
-def nominal_aiming_points(mu_count: int, debris_position) -> list[tuple[float, float, float]]:
+def nominal_aiming_points(mu_count: int, debris_position: Iterable[float]) -> list[tuple[float, float, float]]:
     """Nominal aiming points of all MUs.
 
     Args:

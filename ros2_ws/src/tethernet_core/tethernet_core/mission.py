@@ -5,7 +5,9 @@ from __future__ import annotations
 import dataclasses
 import enum
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass
+from typing import Any
 
 from tethernet_core.settings import NANOSECOND_S
 
@@ -88,7 +90,7 @@ class Mission:
         """True from the decision to close on."""
         return self.closing_ns > 0
 
-    def next(self, phase: Phase, **changes) -> Mission:
+    def next(self, phase: Phase, **changes: Any) -> Mission:
         return dataclasses.replace(self, phase=phase, sequence=self.sequence + 1, **changes)
 
 
@@ -97,7 +99,7 @@ def seconds_between(earlier_ns: int, later_ns: int) -> float:
     return (later_ns - earlier_ns) * NANOSECOND_S
 
 
-def arm(mission: Mission, debris_position, policy: str) -> Mission:
+def arm(mission: Mission, debris_position: Iterable[float], policy: str) -> Mission:
     """Aiming points are ready."""
     return mission.next(Phase.ARMED, debris_position=as_point(debris_position), policy=policy)
 
@@ -112,6 +114,6 @@ def abort(mission: Mission, reason: str) -> Mission:
     return mission if mission.phase.over else mission.next(Phase.ABORTED, reason=reason)
 
 
-def as_point(position) -> Point:
+def as_point(position: Iterable[float]) -> Point:
     x, y, z = (float(value) for value in position)
     return (x, y, z)

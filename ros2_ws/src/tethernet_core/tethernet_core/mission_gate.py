@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import OrderedDict
+from typing import TypeVar
 
 from tethernet_core.mission import Mission, Phase
 from tethernet_core.step_guard import StepGuard
@@ -15,6 +16,9 @@ RECOVER_AFTER = 3
 
 _REMEMBERED = 16
 """Planners whose counts are remembered: one and, after restarts, a few more."""
+
+
+Remembered = TypeVar("Remembered")
 
 
 class MissionGate:
@@ -75,7 +79,7 @@ class MissionGate:
         return count
 
     @staticmethod
-    def _remember(memory: OrderedDict, mission_id: int, value) -> None:
+    def _remember(memory: OrderedDict[int, Remembered], mission_id: int, value: Remembered) -> None:
         memory[mission_id] = value
         memory.move_to_end(mission_id)
         if len(memory) > _REMEMBERED:

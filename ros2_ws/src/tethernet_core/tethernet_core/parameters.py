@@ -11,16 +11,29 @@ import dataclasses
 import functools
 import math
 import typing
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any, ClassVar, Protocol, TypeVar
 
 import yaml
 
 from tethernet_core.errors import InputError
 from tethernet_core.shown import SHORT, shown
 
-T = TypeVar("T")
+if TYPE_CHECKING:
+    from _typeshed import DataclassInstance
+
+
+class ShippedParameters(Protocol):
+    """A parameter class with default values."""
+
+    FILE: ClassVar[Path]
+    """Where they are."""
+    __dataclass_fields__: ClassVar[dict[str, dataclasses.Field[Any]]]
+
+
+T = TypeVar("T", bound="DataclassInstance")
+Shipped = TypeVar("Shipped", bound=ShippedParameters)
 
 
 class ParameterError(InputError):
@@ -28,7 +41,12 @@ class ParameterError(InputError):
 
 
 def parameter(
-    description: str, *, unit: str = "-", low: float | None = None, high: float | None = None, choices=()
+    description: str,
+    *,
+    unit: str = "-",
+    low: float | None = None,
+    high: float | None = None,
+    choices: Iterable[str | int] = (),
 ) -> Any:
     """Describe a dataclass field as a parameter.
 
@@ -52,7 +70,7 @@ def field_types(cls: type) -> dict[str, type]:
     }
 
 
-def allowed_text(field: dataclasses.Field) -> str:
+def allowed_text(field: dataclasses.Field[Any]) -> str:
     """The allowed values of a parameter in words."""
     meta = field.metadata
     if meta["choices"]:
@@ -69,7 +87,7 @@ def allowed_text(field: dataclasses.Field) -> str:
     return "any finite value" + (f" in {meta['unit']}" if unit else "")
 
 
-def _check(cls: type, field: dataclasses.Field, kind: type, value: Any) -> Any:
+def _check(cls: type, field: dataclasses.Field[Any], kind: type, value: Any) -> Any:
     def fail(why: str) -> ParameterError:
         return ParameterError(
             f"{cls.__name__}.{field.name} = {shown(repr(value), SHORT)}: {why}; allowed: {allowed_text(field)}"
@@ -144,7 +162,7 @@ class StrictLoader(yaml.SafeLoader):
         self._depth -= 1
         return node
 
-    def construct_mapping(self, node: Any, deep: bool = False) -> dict:
+    def construct_mapping(self, node: Any, deep: bool = False) -> dict[Any, Any]:
         seen = set()
         for key in (key for key, _ in node.value if isinstance(key, yaml.ScalarNode)):
             if key.value in seen:
@@ -194,7 +212,7 @@ def read_yaml(path: str | Path) -> dict[str, dict[str, Any]]:
     return result
 
 
-def defaults(cls: type) -> dict[str, Any]:
+def defaults(cls: type[ShippedParameters]) -> dict[str, Any]:
     """The default values of ``cls``, from the file that its ``FILE`` names; a copy of its own for each caller."""
     return dict(_shipped(cls.FILE))
 
@@ -205,7 +223,7 @@ def _shipped(path: Path) -> dict[str, Any]:
     return next(iter(read_yaml(path).values()))
 
 
-def load(cls: type[T], overrides: Mapping[str, Any] | None = None) -> T:
+def load(cls: type[Shipped], overrides: Mapping[str, Any] | None = None) -> Shipped:
     """Make ``cls`` from its own file, with some values replaced.
 
     Raises:

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import ClassVar, TypeVar
+from typing import ClassVar
 
-from tethernet_core.parameters import field_types, load, parameter, read_yaml
+from tethernet_core.parameters import Shipped, field_types, load, parameter, read_yaml
 
 _CONFIG = Path(__file__).parent / "config"
-T = TypeVar("T")
 NANOSECOND_S = 1e-9
 
 
@@ -232,7 +231,7 @@ class MissionParameters:
     )
 
 
-def paper(cls: type[T]) -> T:
+def paper(cls: type[Shipped]) -> Shipped:
     """The parameters of ``cls`` as the paper prints them: its control is the baseline that ours is measured against."""
     printed = next(iter(read_yaml(_CONFIG / "paper.yaml").values()))
     return load(cls, {name: value for name, value in printed.items() if name in field_types(cls)})

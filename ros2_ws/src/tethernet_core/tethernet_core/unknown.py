@@ -8,7 +8,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import Any
+from typing import TypeVar
+
+Assessment = TypeVar("Assessment")
+"""A tethernet_msgs/CaptureAssessment, as rclpy or a reader of bags makes it."""
 
 FIELDS = {
     "hull_valid": ("cqi", "hull_volume", "hull_area"),
@@ -21,7 +24,7 @@ FIELDS = {
 """Fields of the message that are known when a flag says so, by that flag."""
 
 
-def fill(message: Any, numbers: Mapping[str, float]) -> None:
+def fill(message: object, numbers: Mapping[str, float]) -> None:
     """Write numbers into a message, each with its flag; those that are not known become 0.
 
     Args:
@@ -36,7 +39,7 @@ def fill(message: Any, numbers: Mapping[str, float]) -> None:
             setattr(message, name, value if known else 0.0)
 
 
-def restore(message: Any) -> Any:
+def restore(message: Assessment) -> Assessment:
     """The message itself, with NaN in the fields that are not known; one without flags, from an old bag, as it is."""
     for flag, names in FIELDS.items():
         if not getattr(message, flag, True):

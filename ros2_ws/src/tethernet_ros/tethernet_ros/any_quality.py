@@ -15,6 +15,8 @@ from rclpy.event_handler import QoSRequestedIncompatibleQoSInfo, SubscriptionEve
 from rclpy.node import Node
 from rclpy.qos import QoSDurabilityPolicy, QoSProfile, QoSReliabilityPolicy
 
+from tethernet_ros.well_formed import Message
+
 
 def undemanding(qos: QoSProfile) -> QoSProfile:
     """A profile as deep as this one that every publisher's offer is good enough for."""
@@ -32,7 +34,7 @@ def quality_text(qos: QoSProfile) -> str:
 
 
 def subscribe(
-    node: Node, kind: type, topic: str, callback: Callable[[Any], None], qos: QoSProfile, raw: bool = False
+    node: Node, kind: type[Message], topic: str, callback: Callable[[Any], None], qos: QoSProfile, raw: bool = False
 ) -> None:
     """Subscribe so that every publisher of the topic is heard.
 

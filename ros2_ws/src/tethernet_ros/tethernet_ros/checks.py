@@ -11,9 +11,10 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, Generic, NamedTuple, TypeVar
+from typing import Any, Generic, NamedTuple, Protocol, TypeVar
 
 import numpy as np
+import numpy.typing as npt
 from geometry_msgs.msg import WrenchStamped
 from nav_msgs.msg import Odometry
 from std_msgs.msg import Header
@@ -37,9 +38,17 @@ from tethernet_ros.serialized import (
     odometry_sample,
     thrust_command,
 )
-from tethernet_ros.well_formed import MessageError, check_stamp, check_well_formed
+from tethernet_ros.well_formed import Message, MessageError, check_stamp, check_well_formed
+
+
+class StampedMessage(Message, Protocol):
+    """Any message with a header."""
+
+    header: Header
+
 
 Checked = TypeVar("Checked")
+Stamped = TypeVar("Stamped", bound=StampedMessage)
 
 SOURCES = ("net_state", "mu_odometry")
 """What an assessment may be made from."""
@@ -56,7 +65,7 @@ _LONGEST_S = 1e6
 class Check(Generic[Checked]):
     """How the messages of one topic are checked."""
 
-    kind: type
+    kind: type[Message]
     """The message's type."""
     read: Callable[[bytes], Checked]
     """The checked values from the message's bytes; raises MessageError."""
@@ -85,13 +94,13 @@ class NetMeasurement(NamedTuple):
     """Centre of mass of the knots [m]."""
     center_all: Vector | None
     """Centre of mass of knots and MUs [m]; None where it is not known."""
-    knot_positions: np.ndarray
+    knot_positions: npt.NDArray[np.float32]
     """[m], float32, shape (N, 3)."""
-    knot_velocities: np.ndarray
+    knot_velocities: npt.NDArray[np.float32]
     """[m/s], likewise."""
-    mu_positions: np.ndarray
+    mu_positions: npt.NDArray[np.float32]
     """[m], float32, shape (M, 3)."""
-    mu_velocities: np.ndarray
+    mu_velocities: npt.NDArray[np.float32]
     """[m/s], likewise."""
     locked: list[bool]
     """One for each closing pair."""
@@ -326,7 +335,7 @@ def trigger_answer(message: Trigger.Response) -> tuple[bool, str]:
     return message.success, shown(message.message)
 
 
-def _sound(data: bytes, kind: type, *texts: str) -> Any:
+def _sound(data: bytes, kind: type[Stamped], *texts: str) -> Stamped:
     """The message, well-formed and in frame launch; ``texts`` are for people and made fit to be seen."""
     message = _decoded_in_frame(data, kind)
     check_well_formed(message)
@@ -335,7 +344,7 @@ def _sound(data: bytes, kind: type, *texts: str) -> Any:
     return message
 
 
-def _decoded_in_frame(data: bytes, kind: type) -> Any:
+def _decoded_in_frame(data: bytes, kind: type[Stamped]) -> Stamped:
     message = decoded(data, kind)
     check_frame(message.header.frame_id, kind)
     return message
@@ -347,14 +356,14 @@ def _one_of(name: str, value: Any, allowed: Any) -> None:
         raise MessageError(f"{name} is {value!r}; allowed: {what}")
 
 
-def _not_negative(message: Any, *names: str) -> None:
+def _not_negative(message: Message, *names: str) -> None:
     for name in names:
         value = getattr(message, name)
         if value < 0.0:
             raise MessageError(f"{name} is {value:g}; allowed: 0 and more")
 
 
-def _rows(message: NetState, name: str, count: int, limit: float) -> np.ndarray:
+def _rows(message: NetState, name: str, count: int, limit: float) -> npt.NDArray[np.float32]:
     """A flat array of the message as x y z rows, shape (count, 3).
 
     Raises:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 
 from builtin_interfaces.msg import Time
 from geometry_msgs.msg import Point
@@ -33,7 +34,7 @@ def time_message(time_ns: int) -> Time:
     return Time(sec=seconds, nanosec=rest)
 
 
-def point_message(point) -> Point:
+def point_message(point: Iterable[float]) -> Point:
     """A new Point for x y z [m]."""
     x, y, z = point
     return Point(x=float(x), y=float(y), z=float(z))

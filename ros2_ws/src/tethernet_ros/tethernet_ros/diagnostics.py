@@ -9,7 +9,7 @@ from tethernet_ros.conversions import set_stamp
 OK, WARN, ERROR, STALE = DiagnosticStatus.OK, DiagnosticStatus.WARN, DiagnosticStatus.ERROR, DiagnosticStatus.STALE
 
 
-def entry(name: str, level: bytes, message: str, **values) -> DiagnosticStatus:
+def entry(name: str, level: bytes, message: str, **values: object) -> DiagnosticStatus:
     """One entry.
 
     Args:
@@ -33,5 +33,5 @@ def array(stamp_ns: int, entries: list[DiagnosticStatus]) -> DiagnosticArray:
     return message
 
 
-def _text(value) -> str:
+def _text(value: object) -> str:
     return f"{value:.6g}" if isinstance(value, float) else str(value)

@@ -16,20 +16,31 @@ import time
 from collections import Counter
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, TypeVar
+from typing import Any, Protocol, TypeVar
 
 from rclpy.client import Client
 from rclpy.node import Node
 from rclpy.publisher import Publisher
 from rclpy.qos import QoSProfile
+from rclpy.task import Future
 
 from tethernet_core.shown import LONG, SHORT, shown
 from tethernet_ros import any_quality
 from tethernet_ros.checks import Check
-from tethernet_ros.well_formed import MessageError, not_finite
+from tethernet_ros.well_formed import Message, MessageError, not_finite
+
+
+class AnswerMessage(Message, Protocol):
+    """A response that tells whether it was done, and what is said of it."""
+
+    success: bool
+    message: str
+
 
 Checked = TypeVar("Checked")
 Answer = TypeVar("Answer")
+Request = TypeVar("Request", bound=Message)
+Response = TypeVar("Response", bound=AnswerMessage)
 
 _REPORT_PERIOD_S = 5.0
 """[s] wall time between two reports on one topic."""
@@ -101,16 +112,16 @@ class Door:
 
         any_quality.subscribe(self._node, check.kind, topic, take, qos, raw=True)
 
-    def publish(self, kind: type, topic: str, qos: QoSProfile) -> GuardedPublisher:
+    def publish(self, kind: type[Message], topic: str, qos: QoSProfile) -> GuardedPublisher:
         """A publisher that lets no number out that is not finite."""
         return GuardedPublisher(self._node.create_publisher(kind, topic, qos), topic, self)
 
     def serve(
         self,
-        kind: type,
+        kind: type[Any],
         name: str,
-        check: Callable[[Any], Checked],
-        callback: Callable[[Checked, Any], Any],
+        check: Callable[[Request], Checked],
+        callback: Callable[[Checked, Response], Response],
     ) -> None:
         """Offer a service.
 
@@ -121,19 +132,20 @@ class Door:
             callback: gets them and the response to fill, which it returns; may raise MessageError to refuse.
         """
 
-        def answer(request: Any, response: Any) -> Any:
+        def answer(request: Request, response: Response) -> Response:
             try:
                 filled = callback(check(request), response)
                 if found := not_finite(filled):
                     raise MessageError(f"no answer can be given: {found}")
             except MessageError as error:
                 self.drop(name, error)
-                filled = kind.Response(success=False, message=shown(error))
+                refusal: Response = kind.Response(success=False, message=shown(error))
+                return refusal
             return filled
 
         self._node.create_service(kind, name, answer)
 
-    def ask(self, kind: type, name: str) -> Asker:
+    def ask(self, kind: type[Any], name: str) -> Asker:
         """A client of a service."""
         return Asker(self._node.create_client(kind, name), name, self)
 
@@ -143,7 +155,7 @@ class Door:
         Args:
             name: of the topic or service.
             reason: why it is not used.
-            account: where it is counted; by default with what came in.
+            statistics: where it is counted; by default with what came in.
         """
         drops = (self.incoming if statistics is None else statistics).setdefault(name, Drops())
         drops.count += 1
@@ -170,7 +182,7 @@ class GuardedPublisher:
         self._publish, self._topic, self._door = publisher.publish, topic, door
         self.get_subscription_count = publisher.get_subscription_count
 
-    def publish(self, message: Any) -> bool:
+    def publish(self, message: Message) -> bool:
         """Publish; returns false where the message was dropped."""
         if found := not_finite(message):
             self._door.drop(self._topic, f"not published: {found}", self._door.outgoing)
@@ -193,7 +205,7 @@ class Asker:
         """Whether the service is there."""
 
     def ask(
-        self, request: Any, check: Callable[[Any], Answer], callback: Callable[[Answer | MessageError], None]
+        self, request: Message, check: Callable[[Any], Answer], callback: Callable[[Answer | MessageError], None]
     ) -> None:
         """Send a request.
 
@@ -203,7 +215,8 @@ class Asker:
             callback: gets them once they are there, or the reason why they are of no use.
         """
 
-        def take(future: Any) -> None:
+        def take(future: Future) -> None:
+            answer: Answer | MessageError
             try:
                 if future.exception() is not None:
                     raise MessageError(str(future.exception()))

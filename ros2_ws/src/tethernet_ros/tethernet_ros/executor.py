@@ -17,7 +17,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import rclpy
-from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
+from rclpy.executors import Executor, ExternalShutdownException, SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.task import Future
 from rclpy.utilities import remove_ros_args
@@ -37,7 +37,7 @@ _SPIN_S = 1.0  # [s] the EventsExecutor only fires when spun with a time limit
 _initialised = _stop_asked = False
 
 
-def make_executor():
+def make_executor() -> Executor:
     """The executor all nodes use: events where rclpy has it (7.1.4 and later), else single-threaded.
 
     Raises:
@@ -135,7 +135,7 @@ def bound_the_end() -> None:
     signal.setitimer(signal.ITIMER_REAL, LEAVE_S)
 
 
-def _on_signal(_number, _frame) -> None:
+def _on_signal(_number: int, _frame: object) -> None:
     global _stop_asked
     if not _initialised:
         os._exit(STOPPED)  # nothing to clean up yet

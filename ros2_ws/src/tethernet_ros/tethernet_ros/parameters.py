@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from typing import Any
+from typing import TYPE_CHECKING, Any, TypedDict, TypeVar, cast, overload
 
 from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor
 from rclpy.node import Node
@@ -12,7 +12,22 @@ from rclpy.parameter import Parameter
 
 from tethernet_core.parameters import ParameterError, allowed_text, build, defaults, field_types
 
-NODE_OPTIONS = {"automatically_declare_parameters_from_overrides": True}
+if TYPE_CHECKING:
+    from _typeshed import DataclassInstance
+
+A = TypeVar("A")
+B = TypeVar("B")
+C = TypeVar("C")
+D = TypeVar("D")
+
+
+class NodeOptions(TypedDict):
+    """Keyword arguments of ``Node.__init__``."""
+
+    automatically_declare_parameters_from_overrides: bool
+
+
+NODE_OPTIONS: NodeOptions = {"automatically_declare_parameters_from_overrides": True}
 """Give these to ``Node.__init__``: only then does a node know of overrides that it did not ask for."""
 
 _BUILT_IN = ("use_sim_time", "start_type_description_service", "qos_overrides.")
@@ -25,7 +40,27 @@ _TYPES = {
 }
 
 
-def declare(node: Node, *classes: type) -> Any:
+@overload
+def declare(node: Node, first: type[A], /) -> A: ...
+
+
+@overload
+def declare(node: Node, first: type[A], second: type[B], /) -> tuple[A, B]: ...
+
+
+@overload
+def declare(node: Node, first: type[A], second: type[B], third: type[C], /) -> tuple[A, B, C]: ...
+
+
+@overload
+def declare(node: Node, first: type[A], second: type[B], third: type[C], fourth: type[D], /) -> tuple[A, B, C, D]: ...
+
+
+@overload
+def declare(node: Node, /, *classes: type) -> Any: ...
+
+
+def declare(node: Node, /, *classes: type) -> Any:
     """Declare a node's parameters from their dataclasses, with the values given to it.
 
     A class without a ``FILE`` has no default values: all its parameters must be given. A whole number is accepted
@@ -41,9 +76,9 @@ def declare(node: Node, *classes: type) -> Any:
     Raises:
         ParameterError: naming the parameter and what is allowed: unknown, missing, of the wrong type or out of range.
     """
-    given = {
-        name: parameter.value for name, parameter in node.get_parameters_by_prefix("").items() if not _built_in(name)
-    }
+    # rclpy 7.1.6 says that these are the values, and gives the parameters.
+    parameters = cast("dict[str, Parameter]", node.get_parameters_by_prefix(""))
+    given = {name: parameter.value for name, parameter in parameters.items() if not _built_in(name)}
     known = {name for cls in classes for name in field_types(cls)}
     unknown = sorted(set(given) - known)
     if unknown:
@@ -73,7 +108,7 @@ def _plain(value: Any) -> Any:
     return value if isinstance(value, bool | int | float | str) else list(value)
 
 
-def _declare(node: Node, instance: Any) -> None:
+def _declare(node: Node, instance: DataclassInstance) -> None:
     kinds = field_types(type(instance))
     for field in dataclasses.fields(instance):
         value = getattr(instance, field.name)
@@ -84,7 +119,7 @@ def _declare(node: Node, instance: Any) -> None:
         node.declare_parameter(field.name, parameter.value, _descriptor(field, kind), ignore_override=True)
 
 
-def _descriptor(field: dataclasses.Field, kind: Parameter.Type) -> ParameterDescriptor:
+def _descriptor(field: dataclasses.Field[Any], kind: Parameter.Type) -> ParameterDescriptor:
     meta = field.metadata
     unit = "" if meta["unit"] == "-" else f" [{meta['unit']}]"
     descriptor = ParameterDescriptor(

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 import struct
-from typing import Any, NamedTuple
+from typing import NamedTuple, TypeVar
 
 from geometry_msgs.msg import WrenchStamped
 from nav_msgs.msg import Odometry
@@ -21,7 +21,9 @@ from tethernet_core.bounds import FARTHEST_M, FASTEST_M_S, FASTEST_RAD_S
 from tethernet_core.rotation import Quaternion
 from tethernet_ros.conversions import Vector
 from tethernet_ros.topics import FRAME
-from tethernet_ros.well_formed import MessageError, check_stamp
+from tethernet_ros.well_formed import Message, MessageError, check_stamp
+
+Kind = TypeVar("Kind", bound=Message)
 
 _IDENTITY: Quaternion = (0.0, 0.0, 0.0, 1.0)
 _LITTLE_ENDIAN_CDR = b"\x00\x01"
@@ -62,16 +64,17 @@ class ThrustCommand(NamedTuple):
     """[N], frame launch."""
 
 
-def decoded(data: bytes, kind: type) -> Any:
+def decoded(data: bytes, kind: type[Kind]) -> Kind:
     """A message from its bytes.
 
     Raises:
         MessageError: when the bytes are no such message: cut short, or of another type.
     """
     try:
-        return deserialize_message(data, kind)
+        message: Kind = deserialize_message(data, kind)
     except Exception as error:  # the middleware's own class, which is private, or MemoryError for a forged length
         raise MessageError(f"{len(data)} bytes that are no {kind.__name__}") from error
+    return message
 
 
 def odometry_sample(data: bytes) -> OdometrySample:
@@ -150,12 +153,12 @@ def check_bounds(values: Vector, limit: float, name: str, unit: str) -> None:
         raise MessageError(f"{name} ({_numbers(values)}) {unit}; allowed: finite, within {limit:g} {unit}")
 
 
-def _native(data: bytes, kind: type) -> bytes:
+def _native(data: bytes, kind: type[Message]) -> bytes:
     """The same message as this machine writes it."""
     return data if data[:2] == _LITTLE_ENDIAN_CDR else serialize_message(decoded(data, kind))
 
 
-def _head(data: bytes, kind: type) -> tuple[int, int]:
+def _head(data: bytes, kind: type[Message]) -> tuple[int, int]:
     """Stamp [ns] of the header that the message begins with, checked, and where the next field of 4 bytes would be."""
     seconds, nanoseconds, length = _HEAD.unpack_from(data, _ORIGIN)
     stamp_ns = check_stamp(seconds, nanoseconds)

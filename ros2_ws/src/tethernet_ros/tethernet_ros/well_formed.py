@@ -11,6 +11,7 @@ import math
 from collections.abc import Callable
 from itertools import chain
 from operator import attrgetter
+from typing import Any, ClassVar, Protocol
 
 import numpy as np
 from builtin_interfaces.msg import Time
@@ -27,15 +28,26 @@ class MessageError(ValueError):
     """A message breaks the contract of its topic and is not used."""
 
 
+class Message(Protocol):
+    """What all ROS messages have in common."""
+
+    SLOT_TYPES: ClassVar[tuple[Any, ...]]
+    """Types of the fields, as rosidl describes them."""
+
+    @classmethod
+    def get_fields_and_field_types(cls) -> dict[str, str]:
+        """Names of the fields, and their types in words."""
+
+
 @functools.cache
-def _plan(kind: type) -> _Plan:
+def _plan(kind: type[Message]) -> _Plan:
     return _Plan(kind)
 
 
 class _Plan:
     """Where the fields of one message type are that have to be looked at."""
 
-    def __init__(self, kind: type):
+    def __init__(self, kind: type[Message]):
         self.numbers: list[str] = []
         self.number_arrays: list[str] = []
         self.texts: list[str] = []
@@ -46,7 +58,7 @@ class _Plan:
         self.all_numbers = _getter(self.numbers)
         self.all_texts = _getter(self.texts)
 
-    def _visit(self, kind: type, prefix: str) -> None:
+    def _visit(self, kind: type[Message], prefix: str) -> None:
         for name, slot in zip(kind.get_fields_and_field_types(), kind.SLOT_TYPES, strict=True):
             path = prefix + name
             several = isinstance(slot, AbstractNestedType)
@@ -66,13 +78,13 @@ class _Plan:
                     self._visit(part, path + ".")
 
 
-def _getter(paths: list[str]) -> Callable[[object], tuple]:
+def _getter(paths: list[str]) -> Callable[[Message], tuple[Any, ...]]:
     if len(paths) > 1:
         return attrgetter(*paths)
     return (lambda message: (attrgetter(paths[0])(message),)) if paths else lambda message: ()
 
 
-def not_finite(message: object) -> str:
+def not_finite(message: Message) -> str:
     """The first field of a message that is NaN or infinite, with its value; empty where all numbers are finite.
 
     Args:
@@ -81,7 +93,7 @@ def not_finite(message: object) -> str:
     return _not_finite(_plan(type(message)), message)
 
 
-def _not_finite(plan: _Plan, message: object) -> str:
+def _not_finite(plan: _Plan, message: Message) -> str:
     if not all(map(math.isfinite, plan.all_numbers(message))):
         for path, value in zip(plan.numbers, plan.all_numbers(message), strict=True):
             if not math.isfinite(value):
@@ -102,7 +114,7 @@ def _not_finite(plan: _Plan, message: object) -> str:
     return ""
 
 
-def check_well_formed(message: object) -> None:
+def check_well_formed(message: Message) -> None:
     """Check all that holds for a message of any type.
 
     Raises:
@@ -113,7 +125,7 @@ def check_well_formed(message: object) -> None:
     _check_rest(_plan(type(message)), message, "")
 
 
-def _check_rest(plan: _Plan, message: object, prefix: str) -> None:
+def _check_rest(plan: _Plan, message: Message, prefix: str) -> None:
     for path in plan.stamps:
         stamp = attrgetter(path)(message)
         check_stamp(stamp.sec, stamp.nanosec, prefix + path)

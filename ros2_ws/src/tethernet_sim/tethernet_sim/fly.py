@@ -10,7 +10,7 @@ from dataclasses import asdict, dataclass
 
 import numpy as np
 
-from tethernet_control.law import law_numbers
+from tethernet_control.law_numbers import law_numbers
 from tethernet_core.capture_quality import QualityParameters, captured, hull_quality, mouth_area, verdict
 from tethernet_core.mission import Mission, Phase, arm, launch, seconds_between
 from tethernet_core.parameters import load

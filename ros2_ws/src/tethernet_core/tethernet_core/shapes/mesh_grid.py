@@ -46,8 +46,7 @@ def distance_grid(vertices: np.ndarray, faces: np.ndarray, digest: str) -> tuple
     origin, spacing, values = build_grid(vertices, faces)
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        content = {"origin": origin, "spacing": np.array(spacing), "values": values}
-        write_whole(path, lambda partial: np.savez(partial, **content), durable=False)
+        write_whole(path, lambda to: np.savez(to, origin=origin, spacing=spacing, values=values), durable=False)
     except OSError:
         pass  # a folder that cannot be written costs the next run the time once more
     return origin, spacing, values

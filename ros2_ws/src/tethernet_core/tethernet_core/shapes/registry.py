@@ -30,7 +30,7 @@ def shape_kinds() -> Mapping[str, type[Shape]]:
 @functools.cache
 def surface_functions() -> Mapping[str, Callable[..., tuple[Any, Any, Any, Any]]]:
     """``surface`` of every kind that has a distance function of its own, in the order of the kinds' names."""
-    modules = {kind: inspect.getmodule(cls) for kind, cls in shape_kinds().items()}
+    modules = {kind: importlib.import_module(cls.__module__) for kind, cls in shape_kinds().items()}
     return MappingProxyType({k: m.surface for k, m in modules.items() if hasattr(m, "surface")})
 
 

@@ -261,7 +261,7 @@ def principal(x: float, y: float, z: float) -> np.ndarray:
     return np.diag([x, y, z])
 
 
-def _has_default(field: dataclasses.Field) -> bool:
+def _has_default(field: dataclasses.Field[Any]) -> bool:
     return field.default is not dataclasses.MISSING or field.default_factory is not dataclasses.MISSING
 
 

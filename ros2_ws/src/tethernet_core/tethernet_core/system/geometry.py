@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import heapq
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 
@@ -23,7 +23,7 @@ def hull(points: np.ndarray, tolerance: float) -> list[int]:
     """
     order = np.lexsort((points[:, 1], points[:, 0]))
 
-    def chain(indices: Sequence[int]) -> list[int]:
+    def chain(indices: Iterable[int]) -> list[int]:
         line: list[int] = []
         for i in indices:
             while len(line) >= 2:

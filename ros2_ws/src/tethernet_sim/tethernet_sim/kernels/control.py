@@ -32,7 +32,7 @@ def command(
     """Answer one control tick of every chosen scenario.
 
     Args:
-        p: tethernet_control.law.Law.
+        p: tethernet_control.law_numbers.Law.
         chosen: indices of scenarios.
         position: measured, (B, M, 3) [m].
         velocity: measured, (B, M, 3) [m/s].
