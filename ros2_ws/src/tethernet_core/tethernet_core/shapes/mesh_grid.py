@@ -16,12 +16,12 @@ MOST_NODES = 2**20
 by some 2 cm, as little as the knots are thick."""
 FINEST = 200
 """Nodes along the longest side at the most."""
-BAND = 3.0
+BAND = 6.0
 """Spacings round the surface in which distances are exact; further away they may be too large by a
 spacing."""
-MARGIN = 4.0
+MARGIN = 7.0
 """Spacings of the grid beyond the mesh on each side."""
-VERSION = 1
+VERSION = 2
 """Of the method: part of the file's name."""
 _CHUNK = 400_000
 
