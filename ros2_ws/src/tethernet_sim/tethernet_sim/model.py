@@ -8,6 +8,8 @@ import numpy as np
 
 from tethernet_core.layout import KNOT_ROWS, design
 from tethernet_core.settings import MissionParameters
+from tethernet_core.shapes.cylinder import Cylinder
+from tethernet_core.system import System
 from tethernet_sim.settings import PhysicsParameters
 
 KNOTS = KNOT_ROWS * KNOT_ROWS
@@ -93,6 +95,81 @@ def grid_threads(rows: int, columns: int) -> np.ndarray:
     return np.concatenate([along_rows, along_columns])
 
 
+def build_model(system: System, physics: PhysicsParameters) -> Model:
+    """Derive the model of a described system.
+
+    Args:
+        system: the hardware.
+        physics: time step, contact, joints and the coupling of external MUs; what it says of hardware is not looked at.
+
+    Raises:
+        ValueError: for a debris that the contact kernels cannot fly.
+    """
+    net, closing, debris = system.net, system.closing, system.debris
+    if not isinstance(debris.shape, Cylinder):
+        raise ValueError(
+            f"{system.name}: debris.shape is a {debris.shape.kind}; allowed for flights at present: cylinder"
+        )
+    units, time_step = system.units, physics.time_step_s
+    mu = np.array([unit.mass_kg for unit in units])
+    masses = np.concatenate([net.node_masses, mu])
+    docks = closing.kind == "docking"
+    pairs = np.array(closing.pairs, np.int64).reshape(-1, 2) if closing.kind != "none" else np.zeros((0, 2), np.int64)
+    first, second = masses[pairs[:, 0]], masses[pairs[:, 1]]
+    winches = closing.winch_thread_count
+    pair_winch = np.array(closing.winch_thread_of_pair) if winches else np.full(len(pairs), -1)
+    numbers = Numbers(
+        knots=net.node_count,
+        center_node=net.center_node if system.tether.stiffness_n_m > 0.0 else -1,
+        time_step=time_step,
+        debris_mass=debris.mass_kg,
+        debris_across=float(debris.inertia[0, 0]),
+        debris_along=float(debris.inertia[2, 2]),
+        debris_radius=debris.shape.radius_m,
+        debris_half_length=0.5 * debris.shape.length_m,
+        chaser_mass=system.chaser.mass_kg,
+        chaser_inertia=system.chaser.inertia_kg_m2,
+        tether_anchor=system.chaser.anchor_m,
+        tether_stiffness=system.tether.stiffness_n_m,
+        tether_damping=system.tether.damping_n_s_m,
+        contact_stiffness=physics.contact_stiffness_n_m,
+        friction=physics.friction_coefficient,
+        knot_radius=physics.knot_radius_m,
+        mu_radius=max((unit.radius_m for unit in units), default=0.0),
+        winch_speed=2.0 * closing.winch_speed_m_s,
+        winch_tension=closing.winch_tension_n,
+        winch_stiffness=closing.winch_stiffness_n_m if winches else 1.0,
+        joint_stiffness=physics.joint_stiffness_n_m,
+        joint_draw_in=closing.draw_in_m_s if docks else 0.0,
+        joint_pull=closing.pull_n if docks else 0.0,
+        docking_distance=closing.docking_distance_m,
+    )
+    # Copies, because a description's arrays cannot be written to, for which the kernels would be compiled once more.
+    arrays = Arrays(
+        knot_mass=net.node_masses.copy(),
+        kick=time_step / net.node_masses,
+        threads=np.array(net.threads, np.int64),
+        rest=net.rest_lengths.copy(),
+        stiffness=net.thread_stiffness.copy(),
+        damping=net.thread_damping.copy(),
+        mu_mass=mu,
+        mu_inverse_mass=1.0 / mu,
+        mu_knot=np.array([unit.node for unit in units], np.int64),
+        mu_thread=np.array([unit.thread_length_m for unit in units]),
+        mu_stiffness=np.array([unit.thread_stiffness_n_m for unit in units]),
+        mu_damping=np.array([unit.thread_damping_n_s_m for unit in units]),
+        coupling_stiffness=mu * physics.external_coupling_rad_s**2,
+        coupling_damping=2.0 * mu * physics.external_coupling_rad_s,
+        pairs=pairs,
+        pair_winch=pair_winch,
+        winch_begin=np.searchsorted(pair_winch, np.arange(winches + 1)) if winches else np.zeros(1, np.int64),
+        joint_damping=physics.joint_damping_ratio
+        * _critical(physics.joint_stiffness_n_m, first * second / (first + second)),
+        contact_damping=physics.contact_damping_ratio * _critical(physics.contact_stiffness_n_m, masses),
+    )
+    return Model(numbers, arrays, None if net.grid is None else (net.grid.rows, net.grid.columns))
+
+
 def closing_nodes() -> list[int]:
     """The 12 closing nodes of the 4-MU design in their order round the mouth, as knot numbers."""
     last = KNOT_ROWS - 1
@@ -114,8 +191,8 @@ def knot_masses(physics: PhysicsParameters) -> np.ndarray:
     return (ends * physics.thread_mass_kg).ravel()
 
 
-def build_model(mu_count: int, physics: PhysicsParameters, mission: MissionParameters) -> Model:
-    """Derive the model of one design.
+def build_design(mu_count: int, physics: PhysicsParameters, mission: MissionParameters) -> Model:
+    """Derive the model of one of the paper's designs from the parameters.
 
     Args:
         mu_count: 4 or 8.

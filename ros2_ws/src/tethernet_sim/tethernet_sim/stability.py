@@ -21,7 +21,7 @@ import numpy as np
 from tethernet_core.layout import DESIGNS
 from tethernet_core.parameters import load
 from tethernet_core.settings import MissionParameters
-from tethernet_sim.model import Model, build_model
+from tethernet_sim.model import Model, build_design
 from tethernet_sim.settings import PhysicsParameters
 
 _ITERATIONS = 200
@@ -79,7 +79,7 @@ class Springs:
 def largest_step_of(physics: PhysicsParameters) -> float:
     """The largest time step that is stable for every design [s]; the parameters' own step is not looked at."""
     mission = load(MissionParameters)
-    return min(largest_step(build_model(mu_count, physics, mission)) for mu_count in DESIGNS)
+    return min(largest_step(build_design(mu_count, physics, mission)) for mu_count in DESIGNS)
 
 
 def largest_step(model: Model) -> float:

@@ -10,7 +10,7 @@ from tethernet_core.bounds import FARTHEST_M, FASTEST_M_S, FASTEST_RAD_S
 from tethernet_core.rotation import inverse, matrix, rotate
 from tethernet_core.settings import ControlParameters, MissionParameters
 from tethernet_sim.engine import Commands, Engine, engine_for
-from tethernet_sim.model import Model, build_model
+from tethernet_sim.model import Model, build_design
 from tethernet_sim.settings import PhysicsParameters, check_together
 from tethernet_sim.state import ATTITUDE, CHASER, DEBRIS, MOMENTUM, POSITION, VELOCITY, State, initial_state
 
@@ -51,7 +51,7 @@ class World:
         """
         check_together(physics, mission, control)
         self.physics = physics
-        self.model: Model = build_model(mu_count, physics, mission)
+        self.model: Model = build_design(mu_count, physics, mission)
         self.steps = round(control.control_period_s / physics.time_step_s)
         self.state: State = initial_state(self.model, physics, debris_position, debris_attitude, debris_rate)
         batch = self.state.batch
