@@ -11,6 +11,7 @@ from __future__ import annotations
 import argparse
 import statistics
 import sys
+from typing import Any
 
 from tethernet_sim import cores
 
@@ -18,7 +19,7 @@ from .deployment import DURATION_S, Deployment, fly_engine, fly_mujoco
 from .figures import conclude, machine
 
 REFERENCE_STEP_S = 1.25e-5
-MUJOCO = {"time_step_s": 5e-3, "integrator": "discrete", "threads": "actuator"}
+MUJOCO: dict[str, Any] = {"time_step_s": 5e-3, "integrator": "discrete", "threads": "actuator"}
 """MuJoCo's fastest usable route: its largest step that is still accurate."""
 SMOKE_S = 1.0
 

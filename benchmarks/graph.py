@@ -63,6 +63,7 @@ def fly(command: list[str], pace: str, parameters: Path | None, domain_id: int, 
     words = ["--mus", "8", "--pace", pace, "--output", str(folder), "--domain-id", str(domain_id)]
     words += ["--params", str(parameters)] if parameters else []
     allowed = (CAPTURED, NOT_CAPTURED) if parameters else (CAPTURED,)
+    line = " ".join([*command, *words])
     # A session of its own: whatever happens here, Ctrl-C reaches the command once, from this program.
     try:
         process = subprocess.Popen(
@@ -77,12 +78,10 @@ def fly(command: list[str], pace: str, parameters: Path | None, domain_id: int, 
             process.terminate()  # the command ends its nodes itself
             said, _ = process.communicate()
             if isinstance(error, subprocess.TimeoutExpired):
-                raise BenchmarkError(f"no end after {TIMEOUT_S:g} s of {' '.join(process.args)}:\n{said}") from error
+                raise BenchmarkError(f"no end after {TIMEOUT_S:g} s of {line}:\n{said}") from error
             raise
     if process.returncode not in allowed:
-        raise BenchmarkError(
-            f"exit status {process.returncode} (allowed: {allowed}) of {' '.join(process.args)}:\n{said}"
-        )
+        raise BenchmarkError(f"exit status {process.returncode} (allowed: {allowed}) of {line}:\n{said}")
     outcome = json.loads(next(folder.glob("*/outcome.json")).read_text(encoding="utf-8"))
     launch = sampler.began + outcome["start_s"]
     in_flight = sampler.between(launch, launch + outcome["wall_time_s"])

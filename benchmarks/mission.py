@@ -14,6 +14,7 @@ import time
 from tethernet_sim import cores
 from tethernet_sim.fly import Settings, fly, fly_many
 from tethernet_sim.scenario import Scenario
+from tethernet_sim.world import World
 
 from .figures import conclude, machine
 
@@ -47,7 +48,7 @@ def fly_once(scenario: Scenario, settings: Settings) -> Cost:
     """Fly one mission and see what it costs."""
     deployed = None
 
-    def watch(_stamp_ns, world, _flying) -> None:
+    def watch(_stamp_ns: int, world: World, _flying: object) -> None:
         nonlocal deployed
         if deployed is None and world.state.closing[0]:
             deployed = time.process_time()

@@ -50,6 +50,8 @@ import math
 import resource
 import sys
 import time
+from collections.abc import Iterable, Sequence
+from typing import Any
 
 import mujoco
 import numpy as np
@@ -108,7 +110,13 @@ class Net:
 
 
 def mjcf(
-    net: Net, dt: float, integrator: str, threads: str, solver: str = "CG", iterations: int = 100, tolerance=1e-8
+    net: Net,
+    dt: float,
+    integrator: str,
+    threads: str,
+    solver: str = "CG",
+    iterations: int = 100,
+    tolerance: float = 1e-8,
 ) -> str:
     """The model as an MJCF string."""
     # 'discrete' applies tendon/actuator stiffness inside its iterative solver, so the constraint stage stays on for it;
@@ -167,11 +175,11 @@ def _tendons(net: Net, threads: str) -> list[str]:
     return out
 
 
-def _numbers(values) -> str:
+def _numbers(values: Iterable[float]) -> str:
     return " ".join(f"{x:.17g}" for x in values)
 
 
-def install_callback(net: Net, data):
+def install_callback(net: Net, data: Any) -> object:
     """Install a numba-compiled mjcb_passive with the exact thread law.
 
     Returns:
@@ -182,14 +190,15 @@ def install_callback(net: Net, data):
     from numba.extending import intrinsic
 
     @intrinsic
-    def as_pointer(typingctx, address):
+    def as_pointer(typingctx: Any, address: Any) -> Any:  # numba takes it for a function of the address alone
         sig = types.CPointer(types.float64)(address)
 
-        def codegen(context, builder, signature, args):
+        def codegen(context: Any, builder: Any, signature: Any, args: Any) -> Any:
             return builder.inttoptr(args[0], context.get_value_type(signature.return_type))
 
         return sig, codegen
 
+    pointer: Any = as_pointer  # for the type checker: called without the context that numba adds
     n = data.qpos.size
     q_at, v_at, f_at = (x.ctypes.data for x in (data.qpos, data.qvel, data.qfrc_passive))
     a = net.pairs[:, 0].astype(np.int64) * 3
@@ -198,7 +207,7 @@ def install_callback(net: Net, data):
     l0, k, c, m = net.length.copy(), net.k, net.c, len(net.length)
 
     @numba.njit(fastmath=True, error_model="numpy")
-    def force(q, v, f):
+    def force(q: np.ndarray, v: np.ndarray, f: np.ndarray) -> None:
         for j in range(m):
             i1, i2 = a[j], b[j]
             dx = base[j, 0] + q[i2] - q[i1]
@@ -219,18 +228,18 @@ def install_callback(net: Net, data):
                     f[i2 + 2] -= t * dz
 
     @numba.cfunc(types.void(types.voidptr, types.voidptr))
-    def callback(model_ptr, data_ptr):
-        force(numba.carray(as_pointer(q_at), n), numba.carray(as_pointer(v_at), n), numba.carray(as_pointer(f_at), n))
+    def callback(model_ptr: int, data_ptr: int) -> None:
+        force(numba.carray(pointer(q_at), n), numba.carray(pointer(v_at), n), numba.carray(pointer(f_at), n))
 
     mujoco.set_mjcb_passive(callback.ctypes)
     return callback, force
 
 
 def simulate(
-    dt: float, tend: float, debris=(0.0, 0.0, -50.0), mus: int = 8, integrator: str = "Euler",
+    dt: float, tend: float, debris: Sequence[float] = (0.0, 0.0, -50.0), mus: int = 8, integrator: str = "Euler",
     threads: str = "actuator", solver: str = "CG", iterations: int = 100, tolerance: float = 1e-8,
     give_up_s: float | None = None, young: float = 70e9,
-) -> dict:  # fmt: skip
+) -> dict[str, Any]:  # fmt: skip
     """Fly the net; return a dict of 20 Hz histories and timings.
 
     Stops early when the state blows up, or after ``give_up_s`` wall seconds.
@@ -266,7 +275,9 @@ def simulate(
     )  # fmt: skip
 
 
-def _fly(net: Net, model, data, per: int, tend: float, debris, mus: int, give_up_s: float | None) -> tuple[dict, dict]:
+def _fly(
+    net: Net, model: Any, data: Any, per: int, tend: float, debris: np.ndarray, mus: int, give_up_s: float | None
+) -> tuple[dict[str, Any], dict[str, Any]]:
     """Step to the end under the PID: histories, and what the steps cost."""
     # Body i owns degrees of freedom 3i..3i+2 (bodies are numbered in file order).
     knots = slice(0, 3 * net.n_knots)

@@ -30,7 +30,7 @@ class Interrupted(BaseException):
 def pending(places: Places, steps: Sequence[Step]) -> list[Step]:
     """Steps that are not done, or done for other inputs than today's. Takes a few milliseconds."""
     state = load(places)
-    if unusable(places, state, steps):
+    if state is None or unusable(places, state, steps):
         return list(steps)
     return [step for step in steps if state.done.get(step.name) != step.fingerprint(places)]
 
@@ -100,7 +100,9 @@ def _set_up(places: Places, steps: Sequence[Step], report: Report, fresh: bool) 
             f"{places.venv} exists and was not made by this set-up. Move it away, or name another folder "
             "for the environment: TETHERNET_VENV=/some/folder."
         )
-    anew = bool(fresh or reason)
+    anew = bool(fresh or reason) or state is None
+    if state is None or anew:
+        state = State(root=str(places.root))
     to_do = [step for step in steps if anew or state.done.get(step.name) != step.fingerprint(places)]
     found = machine.check(places, compiler=any(step.compiles for step in to_do))
 
@@ -113,7 +115,6 @@ def _set_up(places: Places, steps: Sequence[Step], report: Report, fresh: bool) 
     if anew:
         _clear(places)
         places.venv.mkdir(parents=True)
-        state = State(root=str(places.root))
         state.save(places.state)
     report.plan(len(to_do))
     for step in to_do:

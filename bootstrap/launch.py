@@ -120,6 +120,8 @@ def _load(file: str) -> ModuleType:
     """
     path = Path(venv_places().sources, file)
     spec = importlib.util.spec_from_file_location("_early_" + path.stem, path)
+    if spec is None or spec.loader is None:
+        raise ImportError(f"{path} is no module")
     module = importlib.util.module_from_spec(spec)
     sys.modules[spec.name] = module  # dataclasses look themselves up there
     spec.loader.exec_module(module)

@@ -89,9 +89,9 @@ def _pip(places: Places, report: Report, *arguments: str | Path) -> None:
 
 def _install(*names: str) -> Callable[[Places, Report], None]:
     def run(places: Places, report: Report) -> None:
-        files = [word for path in _requirements(places, *names) for word in ("-r", path)]
+        files: list[str | Path] = [word for path in _requirements(places, *names) for word in ("-r", path)]
         # The lock does not hold on top of a system's Python, which brings packages of its own.
-        lock = [] if places.on_system_python else ["-c", *_requirements(places, "constraints")]
+        lock: list[str | Path] = [] if places.on_system_python else ["-c", *_requirements(places, "constraints")]
         _pip(places, report, *files, *lock)
         if not places.on_system_python:
             _pip_check(places)
@@ -175,7 +175,7 @@ def _build_messages(places: Places, report: Report) -> None:
 
     environment = tool_environment(places)
     environment.update(AMENT_PREFIX_PATH=str(places.venv), CMAKE_PREFIX_PATH=str(places.venv))
-    command = [
+    command: list[str | Path] = [
         places.venv / "bin" / "colcon", "--log-base", places.build / "log",
         "build", "--merge-install", "--install-base", places.venv, "--build-base", places.build,
         "--paths", *places.message_sources, "--event-handlers", "console_direct+", "console_cohesion-",
@@ -215,7 +215,7 @@ def _compile_kernels(places: Places, report: Report) -> None:
     if places.warm_up.exists():
         given = dict(os.environ) | {MARK: str(places.venv)}
         environment = given if places.on_system_python else runtime.environment(places, tool_environment(places))
-        command = [places.python, "-P", "-m", "tethernet_sim.warm_up"]
+        command: list[str | Path] = [places.python, "-P", "-m", "tethernet_sim.warm_up"]
         run_tool(command, places, advice=BUILD_ADVICE, on_line=report.update, environment=environment)
 
 

@@ -103,9 +103,11 @@ def run_tool(
     return output
 
 
-def _read(process: subprocess.Popen, write: Callable[[str], object], on_line: Callable[[str], None]) -> str:
+def _read(process: subprocess.Popen[bytes], write: Callable[[str], object], on_line: Callable[[str], None]) -> str:
     """Pass the output on line by line until the tool closes it."""
     output, rest = [], ""
+    if process.stdout is None:
+        raise ValueError("the process has no pipe for its output")
     descriptor = process.stdout.fileno()
     with selectors.DefaultSelector() as selector:
         selector.register(descriptor, selectors.EVENT_READ)
@@ -124,7 +126,7 @@ def _read(process: subprocess.Popen, write: Callable[[str], object], on_line: Ca
     return "".join(output)
 
 
-def _end(process: subprocess.Popen) -> None:
+def _end(process: subprocess.Popen[bytes]) -> None:
     """End an interrupted tool with all its children."""
     for signal_number in (signal.SIGTERM, signal.SIGKILL):
         with contextlib.suppress(ProcessLookupError):

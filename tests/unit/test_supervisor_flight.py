@@ -5,8 +5,9 @@ import sys
 import time
 from typing import ClassVar
 
-from tethernet_bringup.mission.conductor import Flight, FlightPlan
+from tethernet_bringup.mission.conductor import Flight
 from tethernet_bringup.mission.domain_claim import DomainClaim
+from tethernet_bringup.mission.flight_plan import FlightPlan
 from tethernet_bringup.mission.graph import GraphCheck, Publisher
 from tethernet_bringup.mission.interrupts import Interrupts
 from tethernet_bringup.mission.live_display import Display

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
+from typing import Any
 
 from tethernet_core.atomic_file import write_text
 from tethernet_core.errors import InputError
@@ -15,7 +16,7 @@ class RunFolderError(InputError):
     """A folder cannot be used for this run: why, and what to do."""
 
 
-def claim(folder: Path, settings: dict) -> bool:
+def claim(folder: Path, settings: dict[str, Any]) -> bool:
     """Begin a run in a folder, or go on with the one that is there.
 
     Args:
@@ -49,7 +50,7 @@ def claim(folder: Path, settings: dict) -> bool:
     return False
 
 
-def _differences(found, wanted, name: str = "") -> list[str]:
+def _differences(found: Any, wanted: Any, name: str = "") -> list[str]:
     if isinstance(found, dict) and isinstance(wanted, dict):
         keys = sorted(found.keys() | wanted.keys())
         nested = (_differences(found.get(k), wanted.get(k), f"{name}.{k}" if name else k) for k in keys)
@@ -57,7 +58,7 @@ def _differences(found, wanted, name: str = "") -> list[str]:
     return [] if found == wanted else [f"{name}: there {found}, asked for {wanted}"]
 
 
-def tell(result: dict, file: Path | None) -> None:
+def tell(result: dict[str, Any], file: Path | None) -> None:
     """Print what was measured as JSON, and write it to a file where one is named."""
     text = json.dumps(result, indent=2)
     if file is not None:

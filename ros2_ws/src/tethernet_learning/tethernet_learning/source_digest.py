@@ -21,7 +21,7 @@ def source_digest() -> str:
     """Digest of all modules of FLOWN_BY, as this process found them."""
     parts = []
     for package in FLOWN_BY:
-        folder = Path(package.__file__).parent
+        folder = Path(package.__path__[0])
         for path in sorted(folder.rglob("*.py")):
             parts += [f"{package.__name__}/{path.relative_to(folder)}".encode(), path.read_bytes()]
     return digest(parts)

@@ -25,7 +25,7 @@ from tethernet_msgs.msg import CaptureAssessment
 from tethernet_planner import predictors as prediction
 from tethernet_planner.assessment import Assessment, CaptureAssessor
 from tethernet_planner.inference.net_sample import NetSample
-from tethernet_planner.settings import AssessorParameters
+from tethernet_planner.settings import AssessorParameters, given_debris
 from tethernet_planner.swarm import DockedPairs, SwarmCentroid
 from tethernet_ros import checks, executor, topics
 from tethernet_ros.checks import MissionNews, NetMeasurement
@@ -47,7 +47,7 @@ class AssessorNode(Node):
 
     PARAMETERS = (AssessorParameters, ControlParameters, MissionParameters, QualityParameters)
 
-    def __init__(self):
+    def __init__(self) -> None:
         super().__init__("assessor", **NODE_OPTIONS)
         parameters, control, rules, quality = declare(self, *self.PARAMETERS)
         self._mu_count = parameters.mu_count
@@ -57,7 +57,7 @@ class AssessorNode(Node):
             raise ParameterError(f"AssessorParameters.predictor: {error}") from error
         self._predictor_name = "" if predictor is None else parameters.predictor
         self._assessor = CaptureAssessor(self._mu_count, control, quality, parameters.progress_every, predictor)
-        self._debris = NewestOdometry(control, tuple(parameters.debris_position) or None)
+        self._debris = NewestOdometry(control, given_debris(parameters.debris_position))
         self._net_clock = StampGuard(control)
         self._waiting: deque[NetMeasurement] = deque(maxlen=_WAITING)
         self._track: deque[tuple[int, Vector, Vector]] = deque(maxlen=_WAITING)

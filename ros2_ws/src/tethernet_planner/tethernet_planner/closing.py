@@ -12,18 +12,18 @@ as a capture needs.
 from __future__ import annotations
 
 import math
-from collections.abc import Generator, Sequence
+from collections.abc import Generator, Iterable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+import numpy.typing as npt
 
 from tethernet_core import rotation
 from tethernet_core.layout import CORNER_THREAD_M, KNOT_ROWS, SIDE_THREAD_M, design
+from tethernet_core.mission import Point, as_point
 from tethernet_core.settings import MissionParameters
 from tethernet_planner.debris_section import Outline, axis_after, gap, tumbled
 from tethernet_planner.mouth import project_to_reachable
-
-Point = tuple[float, float, float]
 
 _HALF_NET_M = 0.5 * (KNOT_ROWS - 1)
 REACH_M = np.array([math.sqrt(2.0) * _HALF_NET_M + CORNER_THREAD_M] * 4 + [_HALF_NET_M + SIDE_THREAD_M] * 4)
@@ -57,7 +57,13 @@ class ClosingSituation:
 
 
 def closing_situation(
-    mu_positions, mu_velocities, debris_position, debris_attitude, debris_linear, debris_angular, lost=(False,) * 8
+    mu_positions: npt.ArrayLike,
+    mu_velocities: npt.ArrayLike,
+    debris_position: npt.ArrayLike,
+    debris_attitude: rotation.Quaternion,
+    debris_linear: npt.ArrayLike,
+    debris_angular: npt.ArrayLike,
+    lost: Iterable[bool] = (False,) * 8,
 ) -> ClosingSituation:
     """What is known, from odometry as messages carry it; the one way to the numbers, so that all get the same bits.
 
@@ -100,7 +106,7 @@ def foreseen(seen: ClosingSituation, duration: float, rules: MissionParameters) 
     )
 
 
-def off_course(mu_positions, aiming_points, rules: MissionParameters) -> tuple[bool, ...]:
+def off_course(mu_positions: npt.ArrayLike, aiming_points: npt.ArrayLike, rules: MissionParameters) -> tuple[bool, ...]:
     """Which MUs are lost, as far as their places at the trigger tell: far beside their aiming points, or far before or
     behind the others. Nobody is lost who is only held back by a net too short for the points it was given.
 
@@ -140,14 +146,15 @@ def plan(seen: ClosingSituation, rules: MissionParameters) -> ClosingPlan:
         try:
             next(parts)
         except StopIteration as end:
-            return end.value
+            found: ClosingPlan = end.value
+            return found
 
 
 def planning(seen: ClosingSituation, rules: MissionParameters) -> Generator[None, None, ClosingPlan]:
     """The work of :func:`plan` in parts, for one who has little time at once: each step rates the places of one
     docking group, at most MOST_PARTS of them; the generator's return value is the plan.
     """
-    best, best_rank = None, None
+    best: tuple[tuple[bool, float, float], list[list[int]], list[_Place], float, int] | None = None
     durations = _durations(seen, rules)
     meeting_after: dict[float, _Places] = {}
     for groups in _groupings(seen.lost):
@@ -162,14 +169,16 @@ def planning(seen: ClosingSituation, rules: MissionParameters) -> Generator[None
         violation = sum(place.violation for place in chosen)
         # A plan that cannot be flown is worse than any that can, by how much net or clearance is missing.
         rank = (violation > 0.0, violation if violation > 0.0 else -pairs, sum(place.cost for place in chosen))
-        if best_rank is None or rank < best_rank:
-            best_rank, best = rank, (groups, chosen, duration, pairs)
-    groups, chosen, duration, pairs = best
-    points = [_point(place) for place in seen.mu_positions]
+        if best is None or rank < best[0]:
+            best = rank, groups, chosen, duration, pairs
+    if best is None:
+        raise ValueError("no way to part the MUs; allowed: at least one, if only into no docking group")
+    rank, groups, chosen, duration, pairs = best
+    points = [as_point(place) for place in seen.mu_positions]
     for group, place in zip(groups, chosen, strict=True):
         for mu in group:
             points[mu - 1] = place.point
-    return ClosingPlan(tuple(points), duration, pairs, not best_rank[0])
+    return ClosingPlan(tuple(points), duration, pairs, not rank[0])
 
 
 MOST_PARTS = 9
@@ -200,7 +209,7 @@ def docking_groups(closing_points: Sequence[Point]) -> list[list[int]]:
     return [group for group in shared.values() if len(group) > 1]
 
 
-def docked_group(group: Sequence[int], locked) -> bool:
+def docked_group(group: Sequence[int], locked: Sequence[bool]) -> bool:
     """True when all neighbours within a docking group have docked.
 
     Args:
@@ -213,7 +222,7 @@ def docked_group(group: Sequence[int], locked) -> bool:
 
 
 def regroup(
-    closing_points: Sequence[Point], mu_positions, locked, rules: MissionParameters
+    closing_points: Sequence[Point], mu_positions: npt.ArrayLike, locked: Sequence[bool], rules: MissionParameters
 ) -> tuple[Point, ...] | None:
     """New closing points where a docking group has not docked in time: all of it flies to the one who is farthest
     from its middle, because that one cannot get any nearer. Who is too far away is given up.
@@ -235,18 +244,13 @@ def regroup(
         members = np.array(group) - 1
         astray = np.linalg.norm(positions[members] - np.median(positions[members], axis=0), axis=1)
         for member in members[astray > rules.regroup_reach_m]:
-            points[member] = _point(positions[member])
+            points[member] = as_point(positions[member])
         members = members[astray <= rules.regroup_reach_m]
         if len(members):
             away = ((positions[members] - positions[members].mean(axis=0)) ** 2).sum(axis=1)
             for member in members:
-                points[member] = _point(positions[members[np.argmax(away)]])
+                points[member] = as_point(positions[members[np.argmax(away)]])
     return tuple(points) if points != list(closing_points) else None
-
-
-def _point(values) -> Point:
-    x, y, z = (float(value) for value in values)
-    return (x, y, z)
 
 
 def _groupings(lost: tuple[bool, ...]) -> list[list[list[int]]]:
@@ -321,7 +325,7 @@ class _Places:
                 cost += np.maximum(rules.group_slack_m - spare, 0.0) ** 2
             cost += np.linalg.norm(way / self._duration - self._seen.mu_velocities[m], axis=1)
         i = np.lexsort((cost, np.round(violation, 6)))[0]
-        return _Place(_point(absolute[i]), float(cost[i]), float(np.round(violation[i], 6)))
+        return _Place(as_point(absolute[i]), float(cost[i]), float(np.round(violation[i], 6)))
 
     def _grid(self, members: np.ndarray) -> np.ndarray:
         """Places in the plane of the approach and the docking group's side, relative to the debris' centre [m], (T,

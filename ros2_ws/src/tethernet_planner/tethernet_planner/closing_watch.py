@@ -6,11 +6,13 @@ from collections.abc import Callable, Iterable, Sequence
 
 import numpy as np
 
+from tethernet_core.mission import Point
+from tethernet_core.rotation import Quaternion
 from tethernet_core.settings import ControlParameters, MissionParameters
 from tethernet_core.step_guard import StampGuard
 from tethernet_planner import closing
 
-DebrisMotion = tuple[tuple, tuple, tuple, tuple]
+DebrisMotion = tuple[Point, Quaternion, Point, Point]
 """Position [m], attitude (quaternion x y z w, body to launch), velocity [m/s] and angular rate [rad/s] in the body
 frame: what an Odometry message carries."""
 
@@ -27,14 +29,14 @@ class ClosingWatch:
         rules: of the mission.
         control: tells how often controllers report.
         """
-        self.aiming_points: list[closing.Point] | None = None
+        self.aiming_points: list[Point] | None = None
         """Where the MUs were sent [m]."""
         self.debris: Callable[[], DebrisMotion | None] = lambda: None
         """Tells the debris' newest motion."""
         self._mu_count, self._rules = mu_count, rules
         self._patience_ns = (_PATIENCE * control.status_every + control.watchdog_periods) * control.period_ns
-        self._positions: Sequence[closing.Point] = ()
-        self._velocities: Sequence[closing.Point] = ()
+        self._positions: Sequence[Point] = ()
+        self._velocities: Sequence[Point] = ()
         self._silent: set[int] = set()
         self._stamp_ns = 0
         self._answered = {mu: StampGuard(control) for mu in range(1, mu_count + 1)}
@@ -42,8 +44,8 @@ class ClosingWatch:
     def saw_mus(
         self,
         stamp_ns: int,
-        positions: Sequence[closing.Point],
-        velocities: Sequence[closing.Point],
+        positions: Sequence[Point],
+        velocities: Sequence[Point],
         silent: Iterable[int] = (),
     ) -> None:
         """Where the MUs are.

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Sequence
 
 from tethernet_core.layout import design
 from tethernet_core.mission import Mission, Phase, Point, as_point, seconds_between
@@ -12,7 +12,7 @@ from tethernet_planner.closing import ClosingSituation
 from tethernet_planner.plan_ahead import PlanAhead
 
 
-def triggered(net_position, debris_position, rules: MissionParameters) -> bool:
+def triggered(net_position: Sequence[float], debris_position: Sequence[float], rules: MissionParameters) -> bool:
     """The paper's start-of-closing condition.
 
     Args:
@@ -28,7 +28,7 @@ def triggered(net_position, debris_position, rules: MissionParameters) -> bool:
     return squared <= rules.trigger_distance_m * rules.trigger_distance_m
 
 
-def docked_mus(mu_count: int, locked, closing_points) -> tuple[bool, ...]:
+def docked_mus(mu_count: int, locked: Sequence[bool], closing_points: Sequence[Point]) -> tuple[bool, ...]:
     """Which MUs are done: all neighbours who share their closing point have docked. A docking group is released as a
     whole: who let go earlier would be dragged away by the net, and the last would not find it.
 
@@ -52,11 +52,11 @@ def docked_mus(mu_count: int, locked, closing_points) -> tuple[bool, ...]:
 def advance(
     mission: Mission,
     stamp_ns: int,
-    net_position,
-    debris_position,
+    net_position: Sequence[float],
+    debris_position: Sequence[float],
     rules: MissionParameters,
     control: ControlParameters,
-    locked=(),
+    locked: Sequence[bool] = (),
     look: Callable[[], ClosingSituation | None] | None = None,
     ahead: PlanAhead | None = None,
 ) -> Mission:
@@ -124,7 +124,7 @@ def _plans(mu_count: int, rules: MissionParameters) -> bool:
 def _closing_plan(
     mu_count: int,
     stamp_ns: int,
-    debris_position,
+    debris_position: Sequence[float],
     rules: MissionParameters,
     look: Callable[[], ClosingSituation | None] | None,
     ahead: PlanAhead | None,
@@ -143,7 +143,14 @@ def _closing_plan(
     return ((x, y, z - rules.closing_depth_m),) * mu_count, rules.closing_duration_s
 
 
-def _regrouped(mission, stamp_ns, rules, control, locked, look) -> Mission:
+def _regrouped(
+    mission: Mission,
+    stamp_ns: int,
+    rules: MissionParameters,
+    control: ControlParameters,
+    locked: Sequence[bool],
+    look: Callable[[], ClosingSituation | None] | None,
+) -> Mission:
     """The mission with new closing points where a docking group has not docked in time, else the same object."""
     planned_ns = mission.closing_ns + round(mission.closing_duration_s / NANOSECOND_S)
     period_ns = round(rules.regroup_period_s / NANOSECOND_S)
@@ -157,7 +164,7 @@ def _regrouped(mission, stamp_ns, rules, control, locked, look) -> Mission:
     return mission.next(Phase.CLOSING, closing_points=points, points_ns=stamp_ns + control.period_ns)
 
 
-def check_debris_position(position, rules: MissionParameters) -> Point:
+def check_debris_position(position: Iterable[float], rules: MissionParameters) -> Point:
     """The position itself, when missions are planned for it.
 
     Raises:

@@ -6,6 +6,7 @@ import functools
 import itertools
 
 import numpy as np
+import numpy.typing as npt
 
 from tethernet_core.layout import design
 
@@ -23,7 +24,7 @@ def _tethers(mu_count: int) -> list[tuple[int, int, float]]:
     return pairs
 
 
-def project_to_reachable(aiming_points) -> np.ndarray:
+def project_to_reachable(aiming_points: npt.ArrayLike) -> npt.NDArray[np.float64]:
     """Where MUs come to that pull with equal force towards points between which the net is too short.
 
     Points that are farther apart than the shortest way through threads between their MUs is long are moved together by

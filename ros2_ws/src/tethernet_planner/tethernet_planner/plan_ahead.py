@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from collections.abc import Callable, Generator
+from collections.abc import Callable, Generator, Sequence
 
 from tethernet_core.settings import NANOSECOND_S, MissionParameters
 from tethernet_planner import closing
@@ -46,7 +46,13 @@ class PlanAhead:
         old = (stamp_ns - self._planned_ns) * NANOSECOND_S > self._rules.plan_ahead_s + _STALE_S
         return None if old else self._plan
 
-    def watch(self, stamp_ns: int, net_position, debris_position, look: Callable[[], ClosingSituation | None]) -> None:
+    def watch(
+        self,
+        stamp_ns: int,
+        net_position: Sequence[float],
+        debris_position: Sequence[float],
+        look: Callable[[], ClosingSituation | None],
+    ) -> None:
         """One control tick before the trigger: at most one look and one part of a plan.
 
         Args:
@@ -69,7 +75,7 @@ class PlanAhead:
         except StopIteration as end:
             self._plan, self._planned_ns, self._parts = end.value, self._begun_ns, None
 
-    def _time_to_go(self, stamp_ns: int, net_position, debris_position) -> float:
+    def _time_to_go(self, stamp_ns: int, net_position: Sequence[float], debris_position: Sequence[float]) -> float:
         """Until the trigger, as far as the approach tells [s]; infinite where the net does not come nearer."""
         distance = math.dist(net_position, debris_position)
         if not math.isfinite(distance):

@@ -11,8 +11,9 @@ import functools
 import math
 import secrets
 import time
+from collections.abc import Sequence
 
-from diagnostic_msgs.msg import DiagnosticArray
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
 from std_msgs.msg import Header
@@ -30,11 +31,11 @@ from tethernet_planner import policies
 from tethernet_planner.closing_watch import ClosingWatch, DebrisMotion
 from tethernet_planner.mission_rules import check_debris_position
 from tethernet_planner.sequencer import MissionSequencer, mu_names
-from tethernet_planner.settings import PlannerParameters
+from tethernet_planner.settings import PlannerParameters, given_debris
 from tethernet_planner.swarm import DockedPairs, SwarmCentroid
 from tethernet_ros import checks, diagnostics, executor, topics
 from tethernet_ros.checks import NetMeasurement, PlanRequest
-from tethernet_ros.conversions import mission_message, nanoseconds, point_message, set_stamp
+from tethernet_ros.conversions import Vector, mission_message, nanoseconds, point_message, set_stamp
 from tethernet_ros.door import Door
 from tethernet_ros.newest_odometry import NewestOdometry
 from tethernet_ros.parameters import NODE_OPTIONS, declare
@@ -43,7 +44,7 @@ from tethernet_ros.serialized import OdometrySample
 from tethernet_ros.well_formed import MessageError
 
 _POLL_S = 0.05  # [s] wall time between two looks at the deadlines
-_UNKNOWN = (math.nan,) * 3
+_UNKNOWN: Vector = (math.nan, math.nan, math.nan)
 _STOPPED = {
     Mode.NO_ODOMETRY: "no odometry: zero thrust",
     Mode.NO_PLANNER: "does not hear the planner: zero thrust",
@@ -56,7 +57,7 @@ class PlannerNode(Node):
 
     PARAMETERS = (PlannerParameters, ControlParameters, MissionParameters)
 
-    def __init__(self):
+    def __init__(self) -> None:
         super().__init__("planner", **NODE_OPTIONS)
         self._settings, control, self._rules = declare(self, *self.PARAMETERS)
         self._period_ns = control.period_ns
@@ -78,7 +79,7 @@ class PlannerNode(Node):
             mission_id=secrets.randbits(64) | 1,  # 0 is a message nobody has filled
         )
         self._beat = Header(frame_id=topics.FRAME)
-        self._debris = NewestOdometry(control, tuple(self._settings.debris_position) or None)
+        self._debris = NewestOdometry(control, given_debris(self._settings.debris_position))
         self._net = _UNKNOWN
         self._net_ns = -1
         self._net_clock = StampGuard(control)
@@ -147,7 +148,7 @@ class PlannerNode(Node):
         self._decided_ns = stamp_ns
         self._measured(stamp_ns, self._net, self._locked)
 
-    def _measured(self, stamp_ns: int, net_position, locked) -> None:
+    def _measured(self, stamp_ns: int, net_position: Vector, locked: Sequence[bool]) -> None:
         self._newest_measurement_s = time.monotonic()
         positions, velocities = self._swarm.positions, self._swarm.velocities
         mus = sorted(positions)
@@ -190,25 +191,27 @@ class PlannerNode(Node):
                 f"no policy named {shown(name, SHORT)!r}; allowed: {allowed}, or the one this planner was started with"
             )
 
-    def _plan(self, name: str, mu_count: int, debris_position) -> policies.Plan:
+    def _plan(self, name: str, mu_count: int, debris_position: Vector) -> policies.Plan:
         design(mu_count)
         position = check_debris_position(debris_position, self._rules)
         return policies.plan(name, mu_count, position)
 
     def _on_start(self, _: None, response: Trigger.Response) -> Trigger.Response:
         try:
-            self._start()
+            position = self._start()
         except ValueError as error:
             response.success, response.message = False, shown(error)
             self.get_logger().error(f"not started: {shown(error)}")
         else:
-            place = ", ".join(f"{value:g}" for value in self._debris.position)
+            place = ", ".join(f"{value:g}" for value in position)
             response.success, response.message = True, f"armed: policy {self._settings.policy}, debris at ({place}) m"
             self.get_logger().info(response.message)
         return response
 
-    def _start(self) -> None:
-        if self._debris.position is None:
+    def _start(self) -> Vector:
+        """Start the mission at the debris; returns where that is [m]."""
+        position = self._debris.position
+        if position is None:
             raise ValueError(
                 f"nobody has told where the debris is: publish {topics.DEBRIS_ODOMETRY}, "
                 "or set the parameter debris_position"
@@ -224,12 +227,13 @@ class PlannerNode(Node):
             )
         if self._sequencer.mission.phase == Phase.WAITING:
             # Controllers will ask for it; better to know now that it cannot be had.
-            plan = self._plan(self._settings.policy, self._settings.mu_count, self._debris.position)
+            plan = self._plan(self._settings.policy, self._settings.mu_count, position)
             self._closing_watch.aiming_points = plan.points
             if plan.message:
                 self.get_logger().warning(plan.message)
         self._newest_measurement_s = time.monotonic()
-        self._sequencer.start(self._debris.position, self._settings.policy)
+        self._sequencer.start(position, self._settings.policy)
+        return position
 
     def _on_abort(self, _: None, response: Trigger.Response) -> Trigger.Response:
         response.success = self._sequencer.abort(f"asked for on {topics.ABORT}")
@@ -281,7 +285,7 @@ class PlannerNode(Node):
         entries += [self._controller_entry(mu) for mu in range(1, mission.mu_count + 1)]
         self._diagnostics_publisher.publish(diagnostics.array(sequencer.stamp_ns, entries))
 
-    def _controller_entry(self, mu: int):
+    def _controller_entry(self, mu: int) -> DiagnosticStatus:
         name, status = f"mu{mu}_controller", self._statuses.get(mu)
         lost = mu in self._sequencer.lost
         if status is None:

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import functools
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 from tethernet_core.errors import InputError
 from tethernet_core.layout import FALLBACK, design, nominal_aiming_points
+from tethernet_core.mission import Point, as_point
 from tethernet_core.parameters import defaults
 from tethernet_core.shown import SHORT, shown
 from tethernet_planner.inference import shipped_models
@@ -17,7 +18,6 @@ from tethernet_planner.inference.model_file import ModelFileError, file_fingerpr
 from tethernet_planner.inference.policy_file import AimingPolicy, OutsideTrainingError
 from tethernet_planner.settings import PlannerParameters
 
-Point = tuple[float, float, float]
 Policy = Callable[[int, Point], list[Point]]
 """Number of MUs (4 or 8) and the debris' centre of mass [m] in; one aiming point [m] per MU out, MU 1 first."""
 
@@ -73,7 +73,7 @@ def names() -> list[str]:
 
 def default() -> str:
     """The policy that is taken where none is named: the one of the planner's parameter file."""
-    return defaults(PlannerParameters)["policy"]
+    return str(defaults(PlannerParameters)["policy"])
 
 
 def check(name: str, mu_count: int) -> None:
@@ -110,6 +110,7 @@ def plan(name: str, mu_count: int, debris_position: Point) -> Plan:
     expected = design(mu_count).mu_count
     check(name, mu_count)
     made_by, message = name, ""
+    points: Sequence[tuple[float, ...]]
     try:
         points = _points(name, mu_count, debris_position)
     except OutsideTrainingError as error:
@@ -119,7 +120,7 @@ def plan(name: str, mu_count: int, debris_position: Point) -> Plan:
         raise PolicyError(f"policy {name!r} failed: {type(error).__name__}: {error}") from error
     if len(points) != expected or not all(len(point) == 3 and math.isfinite(sum(point)) for point in points):
         raise PolicyError(f"policy {name!r} gave {points}; allowed: one finite x y z for each of {expected} MUs")
-    return Plan(points, made_by, message)
+    return Plan([as_point(point) for point in points], made_by, message)
 
 
 def aiming_points(name: str, mu_count: int, debris_position: Point) -> list[Point]:
@@ -140,7 +141,7 @@ def _trained(name: str) -> bool:
     return name == RL or (name not in _FACTORIES and shipped_models.means_file(name))
 
 
-def _points(name: str, mu_count: int, debris_position: Point) -> list[Point]:
+def _points(name: str, mu_count: int, debris_position: Point) -> list[tuple[float, ...]]:
     policy = _model(name, mu_count).aiming_points if _trained(name) else _loaded(name)
     return [tuple(float(value) for value in point) for point in policy(mu_count, debris_position)]
 

@@ -9,10 +9,11 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 
 from tethernet_core.mission import Mission, Phase, abort, arm, launch, seconds_between
 from tethernet_core.settings import NANOSECOND_S, ControlParameters, MissionParameters
+from tethernet_planner.closing import ClosingSituation
 from tethernet_planner.mission_rules import advance, check_debris_position
 from tethernet_planner.plan_ahead import PlanAhead
 
@@ -62,7 +63,7 @@ class MissionSequencer:
         """Publish the state as it is."""
         self._publish(self.mission, self.stamp_ns, self.confirmed, "")
 
-    def start(self, debris_position, policy: str) -> None:
+    def start(self, debris_position: Sequence[float], policy: str) -> None:
         """Arm the mission; launch follows as soon as the controllers have their aiming points.
 
         Args:
@@ -101,7 +102,14 @@ class MissionSequencer:
         if not 0.0 <= seconds_between(stamp_ns, self.stamp_ns) <= self._control.longest_gap_s:
             self.stamp_ns = stamp_ns
 
-    def measured(self, stamp_ns: int, net_position, debris_position, locked=(), look=None) -> None:
+    def measured(
+        self,
+        stamp_ns: int,
+        net_position: Sequence[float],
+        debris_position: Sequence[float],
+        locked: Sequence[bool] = (),
+        look: Callable[[], ClosingSituation | None] | None = None,
+    ) -> None:
         """Decide on one control tick and beat for it, at once or when the change it caused is confirmed.
 
         Args:

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import ClassVar
 
+from tethernet_core.mission import Point, as_point
 from tethernet_core.parameters import ParameterError, parameter
 
 _CONFIG = Path(__file__).parent / "config"
@@ -19,7 +20,12 @@ _DEBRIS = (
 )
 
 
-def _check_debris(instance) -> None:
+def given_debris(position: tuple[float, ...]) -> Point | None:
+    """The parameter ``debris_position`` as a point [m]; None where it is empty."""
+    return as_point(position) if position else None
+
+
+def _check_debris(instance: PlannerParameters | AssessorParameters) -> None:
     if len(instance.debris_position) not in (0, 3):
         raise ParameterError(
             f"{type(instance).__name__}.debris_position has {len(instance.debris_position)} numbers; "
@@ -47,7 +53,7 @@ class PlannerParameters:
         "Wall time between two messages on /diagnostics", unit="s", low=0.1, high=60.0
     )
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         _check_debris(self)
 
 
@@ -67,5 +73,5 @@ class AssessorParameters:
         "What predicts the outcome at the trigger: none, surrogate (the shipped model), or a model's path"
     )
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         _check_debris(self)

@@ -10,10 +10,9 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from tethernet_core.layout import design
+from tethernet_core.mission import Point, as_point
 from tethernet_core.settings import ControlParameters
 from tethernet_core.step_guard import StampGuard, Step
-
-Point = tuple[float, float, float]
 
 
 @dataclass(frozen=True)
@@ -114,7 +113,7 @@ class SwarmCentroid:
         if self.missing or not present <= self._fresh:
             return None
         self._fresh.clear()
-        centroid = tuple(sum(self.positions[mu][axis] for mu in present) / len(present) for axis in range(3))
+        centroid = as_point(sum(self.positions[mu][axis] for mu in present) / len(present) for axis in range(3))
         return SwarmTick(self.newest_ns, centroid)
 
 

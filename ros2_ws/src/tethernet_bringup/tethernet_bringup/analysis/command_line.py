@@ -13,6 +13,7 @@ import sys
 from argparse import Namespace
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 from tethernet_bringup.analysis import arguments
 from tethernet_bringup.bags.errors import BagError
@@ -98,7 +99,7 @@ def default_output(bag: Path) -> Path:
     return folder / "analysis"
 
 
-def _write_json(content: dict, path: Path) -> Path:
+def _write_json(content: dict[str, Any], path: Path) -> Path:
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_text(json.dumps(content, indent=2) + "\n", encoding="utf-8")

@@ -8,7 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from tethernet_bringup.analysis.mission_data import MissionData, Series, TopicCount
+from tethernet_bringup.analysis.mission_data import MissionData, TopicCount
+from tethernet_bringup.analysis.series import Series
 from tethernet_core.mission import Phase
 from tethernet_core.settings import NANOSECOND_S
 
@@ -110,7 +111,7 @@ def report(data: MissionData, mu: int) -> MuReport:
     trigger_s = math.inf if data.closing_ns is None else float(data.seconds(data.closing_ns))
     flying = error.value[(error.time_s >= SETTLED_S) & (error.time_s < trigger_s)]
     closing = error.value[error.time_s >= trigger_s]
-    commands = getattr(status, "commands", 0)
+    saturated, commands = getattr(status, "saturated", 0), getattr(status, "commands", 0)
     return MuReport(
         mu=mu,
         fuel_kg=float(getattr(status, "fuel", math.nan)),
@@ -118,7 +119,7 @@ def report(data: MissionData, mu: int) -> MuReport:
         max_error_m=_largest(flying),
         rms_error_m=float(np.sqrt(np.nanmean(flying**2))) if np.isfinite(flying).any() else math.nan,
         max_closing_error_m=_largest(closing),
-        saturated_share=status.saturated / commands if commands else math.nan,
+        saturated_share=saturated / commands if commands else math.nan,
         impulse_n_s=_impulse(series.thrust),
         deadline_misses=getattr(status, "deadline_misses", None),
     )
@@ -153,7 +154,7 @@ class TopicReport:
 
 def topic_report(name: str, topic: TopicCount) -> TopicReport:
     """Count messages, gaps and losses of one topic."""
-    steps = np.diff(np.unique(np.array(topic.times, dtype=np.int64))) * NANOSECOND_S
+    steps = np.diff(np.unique(np.array(topic.times, dtype=np.int64))).astype(float) * NANOSECOND_S
     usual = float(np.median(steps)) if len(steps) else math.nan
     # Status and the like also come at every change: no beat, no gaps.
     regular = len(steps) > 10 and float(np.mean(np.isclose(steps, usual, rtol=0.2))) > 0.9

@@ -10,13 +10,16 @@ from __future__ import annotations
 import math
 import re
 from array import array
+from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
+import numpy.typing as npt
 import yaml
 
 from tethernet_bringup.analysis.decoder import Decoder
+from tethernet_bringup.analysis.series import Series
 from tethernet_bringup.bags.errors import NotABagError
 from tethernet_bringup.bags.reader import BagMessage, BagReader
 from tethernet_bringup.bags.writer import RUN_INFO_RECORD
@@ -26,57 +29,19 @@ from tethernet_core.shown import shown
 from tethernet_core.unknown import restore
 from tethernet_ros import topics
 
+if TYPE_CHECKING:
+    from builtin_interfaces.msg import Time
+    from geometry_msgs.msg import Point, Vector3, WrenchStamped
+    from nav_msgs.msg import Odometry
+
+    from tethernet_msgs.msg import CaptureAssessment, MissionState, MuStatus, NetState
+
+    # What the decoder makes has their fields, whether the messages are built here or not.
+
 _MU_TOPIC = re.compile(r"/mu(\d+)/(odom|thrust|status)$")
 _PARAMETERS = "parameters"
 """Name of the fact that is a text of many lines: the run's parameters as YAML."""
 _DEFAULT_RADIUS_M, _DEFAULT_LENGTH_M = 1.95, 11.1
-
-
-class Series:
-    """Rows of numbers over time, collected one by one."""
-
-    def __init__(self, width: int):
-        self._width = width
-        self._stamps = array("q")
-        self._values = array("d")
-
-    def add(self, stamp_ns: int, *values: float) -> None:
-        """Add one row.
-
-        Args:
-            stamp_ns: [ns]
-            values: as many as the series is wide.
-        """
-        self._stamps.append(stamp_ns)
-        self._values.extend(values)
-
-    def __len__(self) -> int:
-        return len(self._stamps)
-
-    @property
-    def stamps(self) -> np.ndarray:
-        """Stamps, shape (n,) [ns]."""
-        return np.array(self._stamps, dtype=np.int64)
-
-    @property
-    def values(self) -> np.ndarray:
-        """Values, shape (n, width)."""
-        return np.array(self._values).reshape(-1, self._width)
-
-    def sorted(self) -> tuple[np.ndarray, np.ndarray]:
-        """Stamps and values in the order of time, finite rows only, the last of several with one stamp."""
-        stamps, values = self.stamps, self.values
-        good = np.isfinite(values).all(axis=1)
-        stamps, values = stamps[good], values[good]
-        order = np.argsort(stamps, kind="stable")
-        stamps, values = stamps[order], values[order]
-        last = np.append(np.diff(stamps) > 0, True) if len(stamps) else np.zeros(0, bool)
-        return stamps[last], values[last]
-
-    @property
-    def nonfinite(self) -> int:
-        """Rows with NaN or infinity."""
-        return int((~np.isfinite(self.values).all(axis=1)).sum())
 
 
 @dataclass
@@ -91,7 +56,7 @@ class MuData:
     """Desired position [m], and 1 where it is being flown to, else 0."""
     fuel: Series = field(default_factory=lambda: Series(1))
     """Used since launch [kg]."""
-    status: Any = None
+    status: MuStatus | None = None
     """The newest MuStatus."""
     modes: list[tuple[int, int]] = field(default_factory=list)
     """When it reported another mode than before [ns], and which (MuStatus)."""
@@ -104,7 +69,7 @@ class Assessment:
     """One CaptureAssessment, the newest of its stage."""
 
     time_ns: int
-    message: Any
+    message: CaptureAssessment
 
 
 @dataclass(frozen=True)
@@ -121,7 +86,7 @@ class TopicCount:
     """How completely a topic is recorded."""
 
     type_name: str
-    times: array = field(default_factory=lambda: array("q"))
+    times: array[int] = field(default_factory=lambda: array("q"))
     """Log times [ns]."""
     never_arrived: int = 0
     """Messages that the publisher counted and the recorder did not get."""
@@ -148,7 +113,7 @@ class MissionData:
     mus: dict[int, MuData] = field(default_factory=dict)
     """By number, from 1."""
     phases: list[PhaseChange] = field(default_factory=list)
-    states: list[Any] = field(default_factory=list)
+    states: list[MissionState] = field(default_factory=list)
     """Newest MissionState of each sequence."""
     decided_ns: dict[int, int] = field(default_factory=dict)
     """Tick that was decided on [ns], by sequence: the stamp of the first of its states."""
@@ -167,7 +132,7 @@ class MissionData:
     """True positions of the MUs [m], where a simulator told them."""
     locked: Series = field(default_factory=lambda: Series(1))
     """Closing pairs that hold, by /net/state."""
-    net_stamps: array = field(default_factory=lambda: array("q"))
+    net_stamps: array[int] = field(default_factory=lambda: array("q"))
     """Of every /net/state in the order of the bag [ns]."""
     topics: dict[str, TopicCount] = field(default_factory=dict)
     problems: list[str] = field(default_factory=list)
@@ -216,9 +181,9 @@ class MissionData:
         """When closing began [ns]; None if it did not."""
         return next((change.time_ns for change in self.phases if change.phase == Phase.CLOSING), None)
 
-    def seconds(self, stamps_ns) -> np.ndarray:
+    def seconds(self, stamps_ns: npt.ArrayLike) -> npt.NDArray[np.float64]:
         """Time since the launch [s]."""
-        return (np.asarray(stamps_ns) - self.origin_ns) * NANOSECOND_S
+        return np.asarray((np.asarray(stamps_ns) - self.origin_ns) * NANOSECOND_S)
 
     @property
     def debris_size(self) -> tuple[float, float]:
@@ -271,7 +236,7 @@ class _Reader:
         self._data = data
         self._decode = Decoder()
         self.used = 0
-        self._takers = {
+        self._takers: dict[str, Callable[[Any], None]] = {
             topics.MISSION_STATE: self._state,
             topics.CAPTURE_ASSESSMENT: self._assessment,
             topics.NET_STATE: self._net,
@@ -298,16 +263,16 @@ class _Reader:
         except (ValueError, AttributeError):  # damaged, or a topic of ours with another type
             data.undecodable[message.topic] = data.undecodable.get(message.topic, 0) + 1
 
-    def _mu_taker(self, mu: int, what: str):
+    def _mu_taker(self, mu: int, what: str) -> Callable[[Any], None]:
         series = self._data.mus.setdefault(mu, MuData())
 
-        def odometry(message) -> None:
+        def odometry(message: Odometry) -> None:
             series.measured.add(_stamp(message), *_xyz(message.pose.pose.position))
 
-        def thrust(message) -> None:
+        def thrust(message: WrenchStamped) -> None:
             series.thrust.add(_stamp(message), *_xyz(message.wrench.force))
 
-        def status(message) -> None:
+        def status(message: MuStatus) -> None:
             stamp = _stamp(message)
             series.plan.add(stamp, *_xyz(message.desired_position), float(message.mode in (1, 2)))
             series.fuel.add(stamp, message.fuel)
@@ -316,9 +281,10 @@ class _Reader:
                 series.modes.append((stamp, message.mode))
             series.taken_over_ns.setdefault(message.mission_sequence, stamp)
 
-        return {"odom": odometry, "thrust": thrust, "status": status}[what]
+        takers: dict[str, Callable[[Any], None]] = {"odom": odometry, "thrust": thrust, "status": status}
+        return takers[what]
 
-    def _state(self, message) -> None:
+    def _state(self, message: MissionState) -> None:
         data = self._data
         stamp = _stamp(message)
         data.decided_ns[message.sequence] = min(stamp, data.decided_ns.get(message.sequence, stamp))
@@ -332,7 +298,7 @@ class _Reader:
         )
         data.phases.append(PhaseChange(_nanoseconds(time), phase, shown(message.reason)))
 
-    def _assessment(self, message) -> None:
+    def _assessment(self, message: CaptureAssessment) -> None:
         data, stamp = self._data, _stamp(message)
         message = restore(message)
         message.verdict, message.predictor = shown(message.verdict), shown(message.predictor)
@@ -344,7 +310,7 @@ class _Reader:
         elif message.stage == 2:
             data.final = Assessment(stamp, message)
 
-    def _net(self, message) -> None:
+    def _net(self, message: NetState) -> None:
         stamp = _stamp(message)
         self._data.net_stamps.append(stamp)
         self._data.net.add(stamp, *_xyz(message.center_of_mass))
@@ -354,26 +320,26 @@ class _Reader:
             self._data.truth.setdefault(mu + 1, Series(3)).add(stamp, *positions[3 * mu : 3 * mu + 3])
 
     @staticmethod
-    def _body(series: Series, message) -> None:
+    def _body(series: Series, message: Odometry) -> None:
         turn = message.pose.pose.orientation
         series.add(_stamp(message), *_xyz(message.pose.pose.position), turn.x, turn.y, turn.z, turn.w)
 
 
-def _nanoseconds(stamp) -> int:
+def _nanoseconds(stamp: Time) -> int:
     return stamp.sec * 1_000_000_000 + stamp.nanosec
 
 
-def _date(stamp, time_ns: int) -> None:
+def _date(stamp: Time, time_ns: int) -> None:
     """Set a stamp that nobody has set: the message was sent before its node knew the time, and the bag knows when."""
     if not _nanoseconds(stamp):
         stamp.sec, stamp.nanosec = divmod(time_ns, 1_000_000_000)
 
 
-def _stamp(message) -> int:
+def _stamp(message: Any) -> int:
     return _nanoseconds(message.header.stamp)
 
 
-def _xyz(point) -> tuple[float, float, float]:
+def _xyz(point: Point | Vector3) -> tuple[float, float, float]:
     return point.x, point.y, point.z
 
 

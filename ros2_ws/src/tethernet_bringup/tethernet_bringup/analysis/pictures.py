@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from tethernet_bringup.analysis import plots, scene, snapshots
 from tethernet_bringup.analysis.metrics import SETTLED_S, net_distance, report, tracking_error
@@ -12,6 +14,10 @@ from tethernet_bringup.analysis.snapshots import Snapshot
 from tethernet_bringup.analysis.table import verdict
 from tethernet_bringup.bags.errors import BagError
 from tethernet_bringup.bags.reader import BagReader
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 _RESOLUTION_DPI = 130
 
@@ -55,19 +61,19 @@ def headline(data: MissionData) -> str:
     return f"{', '.join(parts)} \N{EM DASH} {verdict(data)}"
 
 
-def _one(draw, data: MissionData, width: float, height: float):
+def _one(draw: Callable[[Axes, MissionData], None], data: MissionData, width: float, height: float) -> Figure:
     figure = plots.new_figure(width, height)
     draw(figure.add_subplot(), data)
     return figure
 
 
-def _thrust(data: MissionData):
+def _thrust(data: MissionData) -> Figure:
     figure = plots.new_figure(11.0, 1.0 + 1.1 * len(data.mus))
     plots.thrust(figure, data)
     return figure
 
 
-def _snapshots(data: MissionData, shots: list[Snapshot]):
+def _snapshots(data: MissionData, shots: list[Snapshot]) -> Figure:
     """The whole way on top, what follows below it from nearby."""
     figure = plots.new_figure(13.0, 10.5)
     panels = figure.subplot_mosaic([["a", "a"], ["b", "c"]], height_ratios=[0.75, 1.0])
@@ -76,7 +82,7 @@ def _snapshots(data: MissionData, shots: list[Snapshot]):
     return figure
 
 
-def _overview(data: MissionData, shots: list[Snapshot]):
+def _overview(data: MissionData, shots: list[Snapshot]) -> Figure:
     figure = plots.new_figure(16.0, 9.0)
     panels = figure.subplot_mosaic(
         [["a", "a", "a", "b", "b", "c", "c"], ["t", "t", "t", "f", "f", "q", "q"]],
@@ -91,7 +97,7 @@ def _overview(data: MissionData, shots: list[Snapshot]):
     return figure
 
 
-def _facts(panel, data: MissionData) -> None:
+def _facts(panel: Axes, data: MissionData) -> None:
     """The numbers that one asks for first, where the wide scene leaves room."""
     reports = [report(data, mu) for mu in sorted(data.mus)]
     fuel = sum(entry.fuel_kg for entry in reports)
@@ -108,7 +114,7 @@ def _facts(panel, data: MissionData) -> None:
     panel.text(0.99, 0.97, "\n".join(lines), transform=panel.transAxes, ha="right", va="top", fontsize=9, color="0.25")
 
 
-def _draw_scenes(figure, panels, data: MissionData, shots: list[Snapshot]) -> None:
+def _draw_scenes(figure: Figure, panels: Sequence[Axes], data: MissionData, shots: list[Snapshot]) -> None:
     for panel in panels:
         panel.set_axis_off()
     figure.draw_without_rendering()  # the scenes fit themselves to their panels: those must have their places
@@ -117,7 +123,7 @@ def _draw_scenes(figure, panels, data: MissionData, shots: list[Snapshot]) -> No
         scene.draw(panel, shot, data.debris_size, wide=number == 0)
 
 
-def _save(figure, path: Path) -> Path:
+def _save(figure: Figure, path: Path) -> Path:
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         figure.savefig(path, dpi=_RESOLUTION_DPI)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING
 
 from tethernet_bringup.analysis.metrics import curve, error_source, net_distance, quality, thrust_curve, tracking_error
 from tethernet_bringup.analysis.mission_data import MissionData, find_number
@@ -11,11 +11,15 @@ from tethernet_bringup.analysis.scene import mu_color
 from tethernet_core.layout import DESIGNS
 from tethernet_core.mission import Phase
 
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
 _AXIS_COLORS = ("#D55E00", "#009E73", "#0072B2")
 _CQI_SHOWN = 12.0
 
 
-def mark_phases(axes, data: MissionData, *, named: bool = True) -> None:
+def mark_phases(axes: Axes, data: MissionData, *, named: bool = True) -> None:
     """Lines at the trigger, where closing begins, and where the mission ends.
 
     Args:
@@ -42,7 +46,7 @@ def _closing_name(data: MissionData) -> str:
     return "closing" if start is None else f"trigger, closing {delay_text(start)} later"
 
 
-def tracking(axes, data: MissionData) -> None:
+def tracking(axes: Axes, data: MissionData) -> None:
     """Position error of each MU (left) and distance of net and debris (right) over time."""
     for mu in sorted(data.mus):
         error = tracking_error(data, mu)
@@ -66,7 +70,7 @@ def tracking(axes, data: MissionData) -> None:
     mark_phases(axes, data)
 
 
-def thrust(figure, data: MissionData) -> None:
+def thrust(figure: Figure, data: MissionData) -> None:
     """Commanded force per axis, one panel for each MU."""
     mus = sorted(mu for mu, series in data.mus.items() if len(series.thrust))
     columns = 2 if len(mus) > 1 else 1
@@ -99,7 +103,7 @@ def thrust(figure, data: MissionData) -> None:
     figure.supylabel("commanded thrust [N]" + (", dashed: limit" if limit else ""), fontsize=10)
 
 
-def fuel(axes, data: MissionData) -> None:
+def fuel(axes: Axes, data: MissionData) -> None:
     """Fuel used by each MU over time."""
     for mu, series in sorted(data.mus.items()):
         used = curve(data, series.fuel)
@@ -114,7 +118,7 @@ def fuel(axes, data: MissionData) -> None:
     mark_phases(axes, data)
 
 
-def capture(axes, data: MissionData) -> None:
+def capture(axes: Axes, data: MissionData) -> None:
     """CQI (left) and locked pairs (right) over time."""
     cqi, pairs = quality(data)
     threshold = find_number(data.parameters, "cqi_threshold")
@@ -147,13 +151,13 @@ def capture(axes, data: MissionData) -> None:
     mark_phases(axes, data)
 
 
-def _time_axis(axes, data: MissionData) -> None:
+def _time_axis(axes: Axes, data: MissionData) -> None:
     axes.set_xlabel("time since launch [s]")
     axes.set_xlim(0.0, max(float(data.seconds(data.end_ns)), 0.1))
     axes.grid(alpha=0.25)
 
 
-def new_figure(width: float, height: float) -> Any:
+def new_figure(width: float, height: float) -> Figure:
     """A figure that needs no display.
 
     Args:

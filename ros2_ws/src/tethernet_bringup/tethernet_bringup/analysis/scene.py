@@ -8,14 +8,21 @@ projection is orthographic: lengths compare across the picture, and one scale ba
 from __future__ import annotations
 
 import itertools
+from collections.abc import Iterator
 from dataclasses import dataclass, field
-from typing import Any
+from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 
 from tethernet_bringup.analysis.snapshots import Snapshot
 from tethernet_core.layout import DESIGNS
 from tethernet_core.rotation import matrix
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+Color: TypeAlias = "str | np.ndarray"
+"""Name, or red, green, blue from 0 to 1, shape (3,)."""
 
 # Okabe and Ito's colours: told apart by everybody, in print too.
 MU_COLORS = ("#0072B2", "#E69F00", "#009E73", "#D55E00", "#56B4E9", "#CC79A7", "#8C6D00", "#444444")
@@ -57,26 +64,26 @@ class _Painting:
     camera: Camera
     depths: list[float] = field(default_factory=list)
     shapes: list[np.ndarray] = field(default_factory=list)
-    faces: list[Any] = field(default_factory=list)
-    edges: list[Any] = field(default_factory=list)
+    faces: list[Color] = field(default_factory=list)
+    edges: list[Color] = field(default_factory=list)
     widths: list[float] = field(default_factory=list)
 
-    def line(self, a: np.ndarray, b: np.ndarray, color, width: float, nearer: float = 0.0) -> None:
+    def line(self, a: np.ndarray, b: np.ndarray, color: Color, width: float, nearer: float = 0.0) -> None:
         """A thread. ``nearer`` [m] lifts it off the surface that it lies on."""
         ends = self.camera.project(np.stack([a, b]))
         self._add(float(ends[:, 2].mean()) + nearer, ends[:, :2], "none", color, width)
 
-    def face(self, corners: np.ndarray, color, nearer: float = 0.0) -> None:
+    def face(self, corners: np.ndarray, color: Color, nearer: float = 0.0) -> None:
         seen = self.camera.project(corners)
         self._add(float(seen[:, 2].mean()) + nearer, seen[:, :2], color, color, 0.7)
 
-    def disc(self, center: np.ndarray, radius: float, color) -> None:
+    def disc(self, center: np.ndarray, radius: float, color: Color) -> None:
         x, y, depth = self.camera.project(center)
         angle = np.linspace(0.0, 2.0 * np.pi, 25)
         outline = np.stack([x + radius * np.cos(angle), y + radius * np.sin(angle)], axis=1)
         self._add(float(depth) + 0.5, outline, color, "black", 0.6)
 
-    def finish(self, axes) -> None:
+    def finish(self, axes: Axes) -> None:
         from matplotlib.collections import PolyCollection
 
         order = np.argsort(self.depths, kind="stable")
@@ -91,7 +98,7 @@ class _Painting:
             )
         )
 
-    def _add(self, depth: float, shape: np.ndarray, face, edge, width: float) -> None:
+    def _add(self, depth: float, shape: np.ndarray, face: Color, edge: Color, width: float) -> None:
         self.depths.append(depth)
         self.shapes.append(shape)
         self.faces.append(face)
@@ -100,7 +107,7 @@ class _Painting:
 
 
 def draw(
-    axes, shot: Snapshot, debris_size: tuple[float, float], *, wide: bool = False, camera: Camera | None = None
+    axes: Axes, shot: Snapshot, debris_size: tuple[float, float], *, wide: bool = False, camera: Camera | None = None
 ) -> None:
     """Paint a snapshot.
 
@@ -122,7 +129,7 @@ def draw(
         _net(painting, shot.knots)
     _mus(painting, shot, size)
     if shot.chaser is not None:
-        _chaser(painting, shot)
+        _chaser(painting, shot, shot.chaser)
     painting.finish(axes)
     _labels(axes, camera, shot, size)
     axes.set_title(f"{shot.title}, {shot.time_s:.1f} s", fontsize=10, loc="left")
@@ -163,7 +170,9 @@ def _cylinder(painting: _Painting, body: np.ndarray, radius: float, length: floa
             _end(painting, center, turn, circle, height, _shade(_DEBRIS, normal))
 
 
-def _end(painting: _Painting, center, turn, circle, height: float, color) -> None:
+def _end(
+    painting: _Painting, center: np.ndarray, turn: np.ndarray, circle: np.ndarray, height: float, color: Color
+) -> None:
     rings = np.linspace(0.0, 1.0, 5)
     for i in range(_SIDES):
         for inner, outer in itertools.pairwise(rings):
@@ -172,7 +181,7 @@ def _end(painting: _Painting, center, turn, circle, height: float, color) -> Non
             painting.face(center + corners @ turn.T, color)
 
 
-def _ghost(axes, camera: Camera, place: np.ndarray, radius: float) -> None:
+def _ghost(axes: Axes, camera: Camera, place: np.ndarray, radius: float) -> None:
     """The debris where only its place is known: a circle, since nobody told how it lies."""
     from matplotlib.patches import Circle
 
@@ -186,7 +195,7 @@ def _net(painting: _Painting, knots: np.ndarray) -> None:
     near, far = float(depth.max()), float(depth.min())
     span = max(near - far, 1e-6)
 
-    def thread(a, b, da: float, db: float) -> None:
+    def thread(a: np.ndarray, b: np.ndarray, da: float, db: float) -> None:
         share = (near - 0.5 * (da + db)) / span
         painting.line(a, b, (1.0 - share) * _NET_NEAR + share * _NET_FAR, 0.75 - 0.25 * share, nearer=0.25)
 
@@ -207,13 +216,13 @@ def _mus(painting: _Painting, shot: Snapshot, size: float) -> None:
         for a, b in itertools.pairwise(thinned):
             painting.line(a, b, pale, 0.8)
     for mu, place in shot.mus.items():
-        if shot.knots is not None and mu <= design.mu_count and shot.knots.shape[:2] == (23, 23):
+        if shot.knots is not None and design and mu <= design.mu_count and shot.knots.shape[:2] == (23, 23):
             painting.line(place, shot.knots[design.knots[mu - 1]], mu_color(mu), 1.2, nearer=0.3)
         painting.disc(place, size, mu_color(mu))
 
 
-def _chaser(painting: _Painting, shot: Snapshot) -> None:
-    turn, center, half = rotation(shot.chaser[3:]), shot.chaser[:3], _CHASER_SIDE_M / 2.0
+def _chaser(painting: _Painting, shot: Snapshot, body: np.ndarray) -> None:
+    turn, center, half = rotation(body[3:]), body[:3], _CHASER_SIDE_M / 2.0
     for axis in range(3):
         for sign in (-1.0, 1.0):
             normal = np.zeros(3)
@@ -230,12 +239,12 @@ def _chaser(painting: _Painting, shot: Snapshot) -> None:
             painting.line(a, b, _TETHER, 0.9)
 
 
-def _pieces(a: np.ndarray, b: np.ndarray, count: int):
+def _pieces(a: np.ndarray, b: np.ndarray, count: int) -> Iterator[tuple[np.ndarray, np.ndarray]]:
     points = a + np.linspace(0.0, 1.0, count + 1)[:, None] * (b - a)
     return itertools.pairwise(points)
 
 
-def _labels(axes, camera: Camera, shot: Snapshot, size: float) -> None:
+def _labels(axes: Axes, camera: Camera, shot: Snapshot, size: float) -> None:
     """Numbers of the MUs beside them; those that lie together share one label."""
     from matplotlib.patheffects import withStroke
 
@@ -253,8 +262,9 @@ def _labels(axes, camera: Camera, shot: Snapshot, size: float) -> None:
         away = place - middle
         distance = float(np.linalg.norm(away))
         direction = away / distance if distance > size else np.array([0.6, 0.8])
+        x, y = place + 2.6 * size * direction
         axes.text(
-            *(place + 2.6 * size * direction), _named(members), fontsize=8, fontweight="bold",
+            x, y, _named(members), fontsize=8, fontweight="bold",
             color=mu_color(members[0]) if len(members) == 1 else "black", va="center",
             ha="center" if len(members) == 1 else "left", path_effects=[withStroke(linewidth=2.5, foreground="white")],
         )  # fmt: skip
@@ -288,7 +298,7 @@ def _corners(shot: Snapshot, debris_size: tuple[float, float], *, wide: bool) ->
     return np.concatenate(parts) if parts else np.zeros((1, 3))
 
 
-def _frame(axes, camera: Camera, points: np.ndarray) -> float:
+def _frame(axes: Axes, camera: Camera, points: np.ndarray) -> float:
     """Fit the picture to the points, with equal scales, a scale bar and the directions of the axes.
 
     Returns:
@@ -317,10 +327,13 @@ def _frame(axes, camera: Camera, points: np.ndarray) -> float:
     root = np.array([x0 + 1.4 * arm, y0 + 2.4 * arm])
     for axis, name in enumerate("xyz"):
         direction = camera.project(np.eye(3)[axis])[:2] * arm
-        axes.annotate("", root + direction, root, arrowprops={"arrowstyle": "-|>", "color": "gray", "lw": 0.8})
-        axes.text(*(root + 1.35 * direction), name, color="gray", fontsize=7, ha="center", va="center")
+        tip, arrow = tuple(root + direction), {"arrowstyle": "-|>", "color": "gray", "lw": 0.8}
+        axes.annotate("", tip, tuple(root), arrowprops=arrow)
+        x, y = root + 1.35 * direction
+        axes.text(x, y, name, color="gray", fontsize=7, ha="center", va="center")
     return min(width, 1.4 * height)
 
 
 def _rgb(color: str) -> tuple[float, float, float]:
-    return tuple(int(color[i : i + 2], 16) / 255.0 for i in (1, 3, 5))
+    red, green, blue = (int(color[i : i + 2], 16) / 255.0 for i in (1, 3, 5))
+    return (red, green, blue)

@@ -7,7 +7,8 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from tethernet_bringup.analysis.decoder import Decoder
-from tethernet_bringup.analysis.mission_data import MissionData, Series
+from tethernet_bringup.analysis.mission_data import MissionData
+from tethernet_bringup.analysis.series import Series
 from tethernet_bringup.bags.reader import BagReader
 from tethernet_core.settings import NANOSECOND_S
 from tethernet_ros import topics

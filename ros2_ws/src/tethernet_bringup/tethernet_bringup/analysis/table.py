@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -166,9 +167,9 @@ def _topic_table(content: dict[str, Any]) -> list[str]:
     return lines
 
 
-def _grouped(topics: dict[str, dict]) -> dict[str, dict[str, str]]:
+def _grouped(topics: dict[str, dict[str, Any]]) -> dict[str, dict[str, str]]:
     """What stands in each line; the MUs' topics of one kind share a line, from the smallest to the largest number."""
-    kinds: dict[str, list[dict]] = {}
+    kinds: dict[str, list[dict[str, Any]]] = {}
     numbers: dict[str, list[int]] = {}
     for name, row in topics.items():
         found = _MU_TOPIC.match(name)
@@ -209,7 +210,7 @@ def _decisions(content: dict[str, Any]) -> str:
     return f"{len(late)} of {count} late, by {most} ticks at most" if late else "all in time"
 
 
-def _extreme(which, rows: list[dict], key: str) -> float | None:
+def _extreme(which: Callable[..., float | None], rows: list[dict[str, Any]], key: str) -> float | None:
     return which((row[key] for row in rows if row[key] is not None), default=None)
 
 

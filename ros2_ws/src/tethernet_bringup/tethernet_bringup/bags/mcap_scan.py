@@ -307,10 +307,10 @@ class McapScan:
     def _finish(self, position: int, *, torn: bool) -> None:
         """Say what the end of the file says about the rest."""
         summary = self._summary
-        for channel, count in self._unusable.items():
+        for channel, left_out in self._unusable.items():
             known = self._topics.channels.get(channel)
             what = f"{known.topic}: its type" if known else f"topic number {channel}: its name"
-            self._problem(position, f"{count} messages were left out of {what} is not in the bag")
+            self._problem(position, f"{left_out} messages were left out of {what} is not in the bag")
         if torn:
             return
         if not (summary.is_there and summary.is_whole):

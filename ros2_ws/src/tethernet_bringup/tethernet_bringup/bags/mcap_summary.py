@@ -59,15 +59,15 @@ def read_summary(file: FileBytes) -> Summary:
         return summary
     summary.start = start
     try:
-        _read_records(file, summary, footer_at)
+        _read_records(file, summary, start, footer_at)
     except (McapError, struct.error, UnicodeDecodeError, ValueError):
         return Summary(is_there=summary.is_there, is_checked=summary.is_checked)
     summary.is_whole = summary.is_there
     return summary
 
 
-def _read_records(file: FileBytes, summary: Summary, end: int) -> None:
-    position, kept = summary.start, 0
+def _read_records(file: FileBytes, summary: Summary, start: int, end: int) -> None:
+    position, kept = start, 0
     while position < end:
         opcode, length = RECORD.unpack(file(position, RECORD.size))
         if length > end - position - RECORD.size:

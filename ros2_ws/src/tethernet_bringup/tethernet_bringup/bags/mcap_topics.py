@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 import struct
 from collections.abc import Callable
+from typing import TypeVar
 
 from mcap.data_stream import ReadDataStream
 from mcap.exceptions import McapError
@@ -14,6 +15,8 @@ from mcap.records import Channel, Metadata, Schema
 from tethernet_bringup.bags.contents import LARGEST_DESCRIPTION_BYTES, BagContents
 from tethernet_bringup.bags.mcap_summary import Summary
 from tethernet_bringup.bags.metadata import BagTopic, MessageType
+
+Description = TypeVar("Description", Schema, Channel)
 
 _TOO_LONG = f"a description was left out, it is longer than {LARGEST_DESCRIPTION_BYTES >> 20} MiB"
 _TOO_MANY = "a description was left out, there are too many of them"
@@ -90,7 +93,7 @@ class TopicTable:
             self._use(channel)
         return number in self.names
 
-    def _add(self, table: dict, description: Schema | Channel, length: int) -> str:
+    def _add(self, table: dict[int, Description], description: Description, length: int) -> str:
         known = table.get(description.id)
         if known is not None:
             return "" if known == description else _DIFFERS

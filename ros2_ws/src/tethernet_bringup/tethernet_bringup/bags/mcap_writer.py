@@ -208,7 +208,9 @@ class McapWriter:
             self._file = -1
 
     def _chunk_content(self) -> tuple[bytes, dict[int, list[int]]]:
-        parts, entries, offset = [], {}, 0
+        parts: list[bytes] = []
+        entries: dict[int, list[int]] = {}
+        offset = 0
         pack, opcode = _MESSAGE.pack, int(Opcode.MESSAGE)
         for log_time, channel, sequence, publish_time, data in self._pending:
             size = _MESSAGE_FIELDS_BYTES + len(data)

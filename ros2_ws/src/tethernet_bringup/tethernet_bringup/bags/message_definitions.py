@@ -12,6 +12,7 @@ import os
 import sys
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from tethernet_bringup.bags.errors import BagError
 from tethernet_bringup.bags.metadata import MessageType
@@ -88,8 +89,9 @@ def _definition(name: str) -> str:
     return _text(name, ".msg")
 
 
-def _description(name: str) -> dict:
-    return json.loads(_text(name, ".json"))
+def _description(name: str) -> dict[str, Any]:
+    description: dict[str, Any] = json.loads(_text(name, ".json"))
+    return description
 
 
 def _short(name: str) -> str:
@@ -97,7 +99,7 @@ def _short(name: str) -> str:
     return f"{package}/{short}"
 
 
-def _stamp(description: dict, nested: dict[str, dict]) -> tuple[int | None, bool]:
+def _stamp(description: dict[str, Any], nested: dict[str, dict[str, Any]]) -> tuple[int | None, bool]:
     """Where the stamp is: in a header or time that comes first, or in an array's first element if that comes first."""
     first = _first_nested(description)
     if first is None:
@@ -112,7 +114,7 @@ def _stamp(description: dict, nested: dict[str, dict]) -> tuple[int | None, bool
     return offset, in_array
 
 
-def _first_nested(description: dict) -> tuple[str, bool] | None:
+def _first_nested(description: dict[str, Any]) -> tuple[str, bool] | None:
     if not description["fields"]:
         return None
     kind = description["fields"][0]["type"]

@@ -12,6 +12,7 @@ import json
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 METADATA_FILE = "metadata.yaml"
 
@@ -111,7 +112,14 @@ def serialized_metadata(
     return _information(topics, counts, file_name, start_ns, end_ns, custom_data)
 
 
-def _information(topics, counts, file_name, start_ns, end_ns, custom_data) -> str:
+def _information(
+    topics: Sequence[BagTopic],
+    counts: Sequence[int],
+    file_name: str,
+    start_ns: int,
+    end_ns: int,
+    custom_data: Mapping[str, str],
+) -> str:
     total, name = sum(counts), _scalar(file_name)
     start = ("starting_time:", f"  nanoseconds_since_epoch: {start_ns}")
     duration = ("duration:", f"  nanoseconds: {end_ns - start_ns}")
@@ -143,7 +151,7 @@ def _topic_head(topic: BagTopic) -> str:
     return "\n".join(lines)
 
 
-def _profiles(text: str) -> list:
+def _profiles(text: str) -> list[dict[str, Any]]:
     """Profiles as another recorder wrote them; none where they are no list of profiles."""
     if not text or len(text) > _LONGEST_PROFILES or set("&*") & set(text):  # aliases can stand for gigabytes
         return []

@@ -53,7 +53,7 @@ class BagReader(BagContents):
                 raise BagError(f"cannot read {path}: {error.strerror}") from error
 
 
-def open_bag(path: str | os.PathLike) -> BagReader:
+def open_bag(path: str | os.PathLike[str]) -> BagReader:
     """Find the bag that a user means.
 
     Args:

@@ -19,6 +19,7 @@ import os
 import tempfile
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 from tethernet_bringup.bags.errors import BagWriteError, cause
 from tethernet_bringup.bags.mcap_writer import McapWriter
@@ -146,7 +147,7 @@ class BagWriter:
     def _facts(self) -> tuple[list[BagTopic], list[int]]:
         return self._topics, self.counts
 
-    def _named_facts(self) -> dict:
+    def _named_facts(self) -> dict[str, Any]:
         start, end = self.span_ns
         return {"file_name": self.path.name, "start_ns": start, "end_ns": end, "custom_data": self._run_info}
 

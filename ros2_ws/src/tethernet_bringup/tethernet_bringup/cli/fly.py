@@ -6,6 +6,7 @@ import argparse
 import json
 from dataclasses import asdict
 from pathlib import Path
+from typing import Any
 
 from tethernet_core.atomic_file import write_text
 from tethernet_core.command import FAULT
@@ -47,7 +48,9 @@ def _scenario(options: argparse.Namespace, mus: int) -> Scenario:
         "debris_position": options.debris, "debris_attitude": options.attitude, "debris_rate": options.tumble,
         "seed": options.seed,
     }  # fmt: skip
-    values = {name: value if name == "seed" else tuple(value) for name, value in given.items() if value is not None}
+    values: dict[str, Any] = {
+        name: value if name == "seed" else tuple(value) for name, value in given.items() if value is not None
+    }
     try:
         if options.lose is not None:
             unit, kind, time_s = options.lose

@@ -217,7 +217,7 @@ def _whole(name: str, word: str, low: int | None = None, high: int | None = None
         value = int(word)
     except ValueError:
         raise UsageError(f"{name} {_cut(word)}: not a whole number{allowed}") from None
-    if low is not None and not low <= value <= high:
+    if low is not None and high is not None and not low <= value <= high:
         raise UsageError(f"{name} {_cut(word)}: out of range{allowed}")
     return value
 

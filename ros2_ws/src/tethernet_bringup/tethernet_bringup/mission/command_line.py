@@ -106,8 +106,9 @@ def _fly(
     began: float,
 ) -> Flight:
     """Fly the mission; what comes of it goes into the record. The flight returned has yet to leave the graph."""
-    from tethernet_bringup.mission.conductor import Flight, FlightPlan
+    from tethernet_bringup.mission.conductor import Flight
     from tethernet_bringup.mission.dds_profile import use_profile, uses_profile
+    from tethernet_bringup.mission.flight_plan import FlightPlan
     from tethernet_bringup.mission.graph import exclusive_topics
     from tethernet_bringup.mission.processes import mission_processes
     from tethernet_bringup.mission.supervisor import Supervisor, mission_environment

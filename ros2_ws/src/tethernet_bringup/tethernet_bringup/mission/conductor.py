@@ -2,32 +2,29 @@
 
 from __future__ import annotations
 
-import math
 import time
 from collections.abc import Callable
-from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 from tethernet_bringup.mission.domain_claim import DomainClaim, DomainTakenError
 from tethernet_bringup.mission.drivers import DriverDesk, DriverFaultError, DriverWatch, hint, mu_list
+from tethernet_bringup.mission.flight_plan import FlightPlan
 from tethernet_bringup.mission.graph import UnexpectedPublisherWatch, exclusive_topics, expected
 from tethernet_bringup.mission.interrupts import Interrupts, MissionInterrupt
 from tethernet_bringup.mission.live_display import Display
 from tethernet_bringup.mission.outcome import FlightRecord
 from tethernet_bringup.mission.run_folder import keep_traceback
-from tethernet_bringup.mission.supervisor import Exit, NodeProcess, Supervisor
-from tethernet_bringup.mission.supervisor_settings import SupervisorParameters
+from tethernet_bringup.mission.supervisor import Exit, Supervisor
 from tethernet_bringup.nodes import RECORDER, SIM, mu_of
 from tethernet_core.mission import Phase
-from tethernet_core.parameters import load
-from tethernet_core.settings import NANOSECOND_S, ControlParameters
+from tethernet_core.settings import NANOSECOND_S
 from tethernet_core.shown import SHORT, shown
 from tethernet_ros import topics
 from tethernet_sim.warm_up import COMPILING
 
 if TYPE_CHECKING:
     from tethernet_bringup.mission.monitor_node import Monitor
-    from tethernet_bringup.pulse import Answer, Pulse
+    from tethernet_bringup.pulse import Pulse
 
 _SPIN_S = 0.05
 _SETTLE_S = 1.0
@@ -42,29 +39,6 @@ _MEMORY_AFTER_S = 2.0
 
 class MissionFaultError(Exception):
     """The mission cannot go on; the message says why."""
-
-
-@dataclass(frozen=True)
-class FlightPlan:
-    """What is flown, and how."""
-
-    processes: tuple[NodeProcess, ...]
-    mu_count: int
-    external: tuple[int, ...]
-    simulated: bool
-    domain_id: int
-    external_timeout_s: float
-    parameters: SupervisorParameters
-    control: ControlParameters = field(default_factory=lambda: load(ControlParameters))
-    """The rhythm of control."""
-    longest_s: float = math.inf
-    """From launch to the end of the longest mission that the rules allow [s]."""
-    protected: bool = True
-    """Whether the middleware keeps what others publish from the nodes, see
-    :mod:`tethernet_bringup.mission.dds_profile`.
-    """
-    ask_recorder: Callable[[], Answer | None] | None = None
-    """Asks the recorder, which answers no services while it writes, for a sign of life."""
 
 
 def _join_graph(record: FlightRecord) -> Monitor:
@@ -149,6 +123,13 @@ class Flight:
             self._monitor = None
             self._supervisor.clean()  # saying goodbye to a node that was killed makes its segments anew
 
+    @property
+    def _joined(self) -> Monitor:
+        """The command's own node in the graph."""
+        if self._monitor is None:
+            raise MissionFaultError("the command is not in the graph")
+        return self._monitor
+
     def _look_around(self) -> None:
         """Join the graph, and make sure that no other mission is in it before any node could disturb that."""
         try:
@@ -167,7 +148,7 @@ class Flight:
 
     def _assemble(self) -> None:
         """Wait until every node has found every other."""
-        plan, monitor = self._plan, self._monitor
+        plan, monitor = self._plan, self._joined
         graph = monitor.check_graph(expected(plan.mu_count, plan.external, plan.simulated))
         connections = monitor.check_connections(graph.subscriber_counts())
 
@@ -215,7 +196,7 @@ class Flight:
 
     def _await_drivers(self) -> None:
         """Wait until every external MU's odometry is in order and its controller hears it."""
-        plan, monitor = self._plan, self._monitor
+        plan, monitor = self._plan, self._joined
         if not plan.external:
             return
 
@@ -247,7 +228,7 @@ class Flight:
         plan = self._plan
         odometry = [topics.mu_odometry(mu) for mu in plan.external]
         watched = exclusive_topics(plan.mu_count, plan.external, plan.simulated) + odometry
-        self._unexpected = self._monitor.watch_unexpected_publishers(watched)
+        self._unexpected = self._joined.watch_unexpected_publishers(watched)
         for topic, names in self._unexpected.crowded.items():
             who = ", ".join(map(_name, names))
             raise MissionFaultError(self._crowded(f"{topic} has {len(names)} publishers ({who})"))
@@ -255,14 +236,14 @@ class Flight:
     def _launch(self) -> None:
         """Tell the planner to start and wait until the MUs fly."""
         self._started = True
-        answer, refusal = self._monitor.start(), ""
+        answer, refusal = self._joined.start(), ""
 
         def launched() -> bool:
             nonlocal answer, refusal
             given = answer()
             if given is not None and not given[0] and self._record.phase == Phase.WAITING:
                 # It may only lack a first message, such as the debris' place: ask again until it has got it.
-                answer, refusal = self._monitor.start(), f": {given[1]}"
+                answer, refusal = self._joined.start(), f": {given[1]}"
             return self._record.launched or self._record.phase.over
 
         timeout = self._plan.parameters.launch_timeout_s
@@ -278,7 +259,8 @@ class Flight:
         silence = self._plan.parameters.silence_timeout_s
         while not self._record.phase.over:
             self._step()
-            latest = (self._record.newest_ns, self._record.state.sequence, self._record.state.confirmed)
+            state = self._record.state
+            latest = (self._record.newest_ns, state and (state.sequence, state.confirmed))
             if latest != news:
                 news, heard = latest, time.monotonic()
             elif time.monotonic() - heard > silence:
@@ -292,7 +274,7 @@ class Flight:
                 self._memory_due = None
                 self._measure_memory()
         if self._record.phase == Phase.ABORTED:
-            raise MissionFaultError(f"the mission was aborted: {self._record.state.reason}")
+            raise MissionFaultError(f"the mission was aborted: {self._record.reason}")
 
     def _await_verdict(self) -> None:
         """Wait for the assessor's verdict and for the last accounts."""
@@ -303,7 +285,8 @@ class Flight:
 
         timeout = self._plan.parameters.verdict_timeout_s
         self._wait(told, timeout, lambda: f"no verdict {timeout:g} s after the end of the mission")
-        self._record.wall_time_s = time.monotonic() - self._launched_at
+        if self._launched_at is not None:
+            self._record.wall_time_s = time.monotonic() - self._launched_at
         self._measure_memory()
         deadline = time.monotonic() + _SETTLE_S
         while not settled(self._record, self._plan.simulated) and time.monotonic() < deadline:
@@ -333,10 +316,10 @@ class Flight:
 
     def _abort(self) -> None:
         try:
-            self._monitor.abort()
+            self._joined.abort()
             deadline = time.monotonic() + self._plan.parameters.abort_timeout_s
             while not self._record.phase.over and time.monotonic() < deadline:
-                self._monitor.spin(_SPIN_S)
+                self._joined.spin(_SPIN_S)
         except Exception as error:
             self._record.warnings.append(f"the planner could not be told to abort: {error}")
 
@@ -357,7 +340,7 @@ class Flight:
             self._step()
 
     def _step(self) -> None:
-        self._monitor.spin(_SPIN_S)
+        self._joined.spin(_SPIN_S)
         self._interrupts.check()
         for death in self._supervisor.deaths():
             self._on_death(death)
@@ -414,7 +397,7 @@ class Flight:
         if self._pulse is not None:
             self._pulse.forget(death.node.name)
         mu = mu_of(death.node.name)
-        if death.node.essential or not self._started:
+        if death.node.essential or mu is None or not self._started:
             raise MissionFaultError(_why(death))
         self._record.lost_controllers.add(mu)
         self._record.warnings.append(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import signal
+from typing import Any
 
 from tethernet_core.command import INTERRUPTED, TERMINATED
 from tethernet_core.quiet_start import unblock_signals
@@ -21,11 +22,11 @@ class Interrupts:
     A SIGHUP that is ignored stays so: that is how ``nohup`` asks for a mission that outlives its terminal.
     """
 
-    def __init__(self):
+    def __init__(self) -> None:
         self.name = ""
         """Name of the first signal that came."""
         self._held = False
-        self._before = {}
+        self._before: dict[signal.Signals, Any] = {}
 
     def __enter__(self) -> Interrupts:
         for number in _SIGNALS:
@@ -34,7 +35,7 @@ class Interrupts:
         unblock_signals()
         return self
 
-    def __exit__(self, *_) -> None:
+    def __exit__(self, *_: object) -> None:
         for number, handler in self._before.items():
             signal.signal(number, handler)
 
@@ -47,7 +48,7 @@ class Interrupts:
         if self.name:
             raise MissionInterrupt(self.name)
 
-    def _take(self, number: int, _) -> None:
+    def _take(self, number: int, _: object) -> None:
         if not self._held:
             os._exit(TERMINATED if number == signal.SIGTERM else INTERRUPTED)
         if not self.name:

@@ -35,6 +35,7 @@ class Display:
         self._live = stream.isatty() if live is None else live
         self._shown = 0.0
         self._open_line = False
+        self._gone = False
         self._next_report_s = 0.0
         self._phase: Phase | None = None
 
@@ -70,11 +71,13 @@ class Display:
         self._open_line = True
 
     def _write(self, text: str) -> None:
+        if self._gone:
+            return
         try:
             self._stream.write(text)
             self._stream.flush()
         except (OSError, ValueError):  # the reader is gone; the mission matters more
-            self._write = lambda _: None
+            self._gone = True
 
 
 def flight_line(record: FlightRecord) -> str:
@@ -94,8 +97,8 @@ def flight_line(record: FlightRecord) -> str:
 
 def _phase_line(record: FlightRecord) -> str:
     text = _PHASE_TEXT[record.phase]
-    if record.phase in (Phase.MISSED, Phase.ABORTED) and record.state.reason:
-        text += f": {record.state.reason}"
+    if record.phase in (Phase.MISSED, Phase.ABORTED) and record.reason:
+        text += f": {record.reason}"
     when = f"{record.time_s:6.1f} s" if record.time_s is not None else " " * 8
     return f"{when}  {text}"
 

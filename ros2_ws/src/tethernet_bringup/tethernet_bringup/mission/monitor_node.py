@@ -237,7 +237,7 @@ class ConnectionCheck:
 
 def settled(record: FlightRecord, simulated: bool) -> bool:
     """Whether all is told: the verdict, the simulator's account, every living controller's account up to the end."""
-    if record.phase not in (Phase.COMPLETE, Phase.MISSED) or record.final is None:
+    if record.state is None or record.phase not in (Phase.COMPLETE, Phase.MISSED) or record.final is None:
         return record.phase == Phase.ABORTED
     if simulated and not (record.sim is not None and record.sim.finished):
         return False

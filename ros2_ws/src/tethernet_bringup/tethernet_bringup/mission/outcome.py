@@ -11,12 +11,17 @@ import math
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from tethernet_core.atomic_file import write_text
 from tethernet_core.layout import FALLBACK, design
 from tethernet_core.mission import Mission, Phase, seconds_between
 from tethernet_core.mission_gate import MissionGate
+
+if TYPE_CHECKING:
+    from builtin_interfaces.msg import Time
+
+    from tethernet_msgs.msg import CaptureAssessment, MissionState, MuStatus, SimStatus
 
 FILE_NAME = "outcome.json"
 
@@ -40,19 +45,19 @@ class FlightRecord:
     seed: int
     policy: str
     commit: str = "unknown"
-    state: Any = None
+    state: MissionState | None = None
     """Newest tethernet_msgs/MissionState."""
     launch_ns: int | None = None
     """Launch time [ns], from the first state that has one."""
-    progress: Any = None
+    progress: CaptureAssessment | None = None
     """Newest tethernet_msgs/CaptureAssessment of any stage."""
-    trigger: Any = None
+    trigger: CaptureAssessment | None = None
     """The assessment at the start of closing."""
-    final: Any = None
+    final: CaptureAssessment | None = None
     """The assessment with the verdict."""
-    statuses: dict[int, Any] = field(default_factory=dict)
+    statuses: dict[int, MuStatus] = field(default_factory=dict)
     """Newest tethernet_msgs/MuStatus by MU."""
-    sim: Any = None
+    sim: SimStatus | None = None
     """Newest tethernet_msgs/SimStatus."""
     start_s: float | None = None
     """From the command's start to launch [s]."""
@@ -78,6 +83,11 @@ class FlightRecord:
         return Phase(self.state.phase) if self.state is not None else Phase.WAITING
 
     @property
+    def reason(self) -> str:
+        """Why the mission was missed or aborted, or who did not confirm; empty where nothing is said."""
+        return self.state.reason if self.state is not None else ""
+
+    @property
     def launched(self) -> bool:
         """True once a launch time is known."""
         return self.launch_ns is not None
@@ -87,7 +97,7 @@ class FlightRecord:
         self.state = self.progress = self.trigger = self.final = self.sim = None
         self.statuses = {}
 
-    def take_state(self, state: Any) -> None:
+    def take_state(self, state: MissionState) -> None:
         """Take over a state of the mission, where it counts; see :class:`MissionGate`."""
         if state.phase > max(Phase):
             return
@@ -107,7 +117,7 @@ class FlightRecord:
     @property
     def time_s(self) -> float | None:
         """Mission time: since launch [s]."""
-        if not self.launched or self.newest_ns is None:
+        if self.launch_ns is None or not self.launched or self.newest_ns is None:
             return None
         return max(0.0, seconds_between(self.launch_ns, self.newest_ns))
 
@@ -125,12 +135,12 @@ class FlightRecord:
     @property
     def most_flown_s(self) -> float | None:
         """Mission time that half of the controllers have reached: since launch [s]."""
-        if not self.launched or self.common_ns is None:
+        if self.launch_ns is None or not self.launched or self.common_ns is None:
             return None
         return seconds_between(self.launch_ns, self.common_ns)
 
 
-def nanoseconds(stamp) -> int:
+def nanoseconds(stamp: Time) -> int:
     """A builtin_interfaces/Time as one number [ns]."""
     return stamp.sec * 1_000_000_000 + stamp.nanosec
 
@@ -147,8 +157,8 @@ def build(record: FlightRecord) -> dict[str, Any]:
     own = [record.statuses[mu] for mu in _mus(record) if mu in record.statuses]
     gaps = sum(status.deadline_misses for status in own)
     ended = record.phase in (Phase.COMPLETE, Phase.MISSED)
-    trigger_time = _time(record, "closing_time") if closing and record.launched else None
-    end_time = _time(record, "end_time") if ended and record.launched else None
+    trigger_time = _time(record, "closing_time") if closing else None
+    end_time = _time(record, "end_time") if ended else None
     content = {
         "captured": status == ExitStatus.CAPTURED,
         "exit_status": int(status),
@@ -228,7 +238,7 @@ def verdict(record: FlightRecord) -> str:
         when = f"{record.time_s:.1f} s after launch" if record.time_s is not None else "before launch"
         return f"ended by {record.interrupted_by} {when}: no verdict"
     if record.phase == Phase.ABORTED:
-        return f"aborted: {record.state.reason}"
+        return f"aborted: {record.reason}"
     return "no verdict"
 
 
@@ -273,7 +283,7 @@ def describe(record: FlightRecord, content: dict[str, Any], folder: Path, analys
 
 def _headline(record: FlightRecord) -> str:
     status, final = exit_status(record), record.final
-    if status == ExitStatus.NOT_CAPTURED and not math.isfinite(final.cqi):
+    if status == ExitStatus.NOT_CAPTURED and final is not None and not math.isfinite(final.cqi):
         return "DOCKED" if final.locked_pairs >= final.required_locked_pairs else "NOT DOCKED"
     words = {ExitStatus.CAPTURED: "CAPTURED", ExitStatus.NOT_CAPTURED: "NOT CAPTURED", ExitStatus.FAULT: "FAULT"}
     return words.get(status, "ENDED EARLY")
@@ -298,7 +308,7 @@ def _rows(record: FlightRecord, content: dict[str, Any]) -> Iterable[tuple[str, 
     yield "end", _seconds(content["end_time_s"] or content["flown_s"], "after launch")
     fuel = {mu: value for mu, value in enumerate(content["fuel_kg"], 1) if value is not None}
     if fuel:
-        worst = max(fuel, key=fuel.get)
+        worst = max(fuel, key=fuel.__getitem__)
         yield "fuel", f"{sum(fuel.values()):.3f} kg in all, most by MU {worst}: {fuel[worst]:.3f} kg"
     if content["max_tracking_error_m"] is not None:
         yield "tracking error", f"{content['max_tracking_error_m']:.2f} m at most"
@@ -321,17 +331,19 @@ def _per_mu(record: FlightRecord, name: str) -> list[float | None]:
     return [_number(record.statuses.get(mu), name) for mu in _mus(record)]
 
 
-def _number(message, name: str) -> float | None:
+def _number(message: object, name: str) -> float | None:
     value = getattr(message, name) if message is not None else math.nan
     return float(value) if math.isfinite(value) else None
 
 
-def _milliseconds(message, name: str) -> float | None:
+def _milliseconds(message: object, name: str) -> float | None:
     value = _number(message, name)
     return None if value is None else round(value * 1e3, 3)
 
 
-def _time(record: FlightRecord, name: str) -> float:
+def _time(record: FlightRecord, name: str) -> float | None:
+    if record.launch_ns is None:
+        return None
     return seconds_between(record.launch_ns, nanoseconds(getattr(record.state, name)))
 
 

@@ -263,7 +263,7 @@ def _apply_flags(
 def _build(
     node: str, classes: Iterable[type], values: Mapping[str, Any], sources: Mapping[tuple[str, str], str]
 ) -> list[Any]:
-    built = []
+    built: list[Any] = []
     for cls in classes:
         try:
             built.append(build(cls, {name: values[name] for name in field_types(cls)}))

@@ -40,8 +40,6 @@ _KEPT = (
     "PYTHONPATH",
     "LD_LIBRARY_PATH",
     "LD_PRELOAD",
-)
-_KEPT += (
     "AMENT_PREFIX_PATH",
     "CMAKE_PREFIX_PATH",
     "COLCON_PREFIX_PATH",
@@ -137,17 +135,17 @@ class Supervisor:
         self.log_folder = log_folder
         self.parameters = parameters
         self._environment = dict(environment)
-        self._processes: dict[str, tuple[NodeProcess, subprocess.Popen]] = {}
+        self._processes: dict[str, tuple[NodeProcess, subprocess.Popen[bytes]]] = {}
         self._exits: dict[str, Exit] = {}
         self._began_s = time.time()
         self._segments: set[str] = set()
         # Nobody writes into this pipe: its end tells the nodes that the supervisor is gone.
-        self._read_end, self._write_end = os.pipe()
+        self._pipe: tuple[int, int] | None = os.pipe()
 
     def __enter__(self) -> Supervisor:
         return self
 
-    def __exit__(self, *_) -> None:
+    def __exit__(self, *_: object) -> None:
         self.stop()
 
     @property
@@ -160,7 +158,10 @@ class Supervisor:
 
         Raises:
             OSError: when its log cannot be written or the process cannot be made.
+            RuntimeError: after :meth:`stop`; each mission has its own supervisor.
         """
+        if self._pipe is None:
+            raise RuntimeError(f"{node.name} cannot be started: this supervisor has stopped; make another one")
         # -P: a file in the user's working folder must not take the place of a library.
         command = [sys.executable, "-P", "-m", "tethernet_bringup.mission.child", node.module, *node.arguments]
         # Signals wait until the process has somebody to take them: an interpreter that starts has only a traceback.
@@ -168,7 +169,7 @@ class Supervisor:
         try:
             with self._log_path(node.name).open("wb") as log:
                 process = subprocess.Popen(
-                    command, stdin=self._read_end, stdout=log, stderr=subprocess.STDOUT,
+                    command, stdin=self._pipe[0], stdout=log, stderr=subprocess.STDOUT,
                     env=self._environment, start_new_session=True,
                 )  # fmt: skip
         finally:
@@ -227,7 +228,7 @@ class Supervisor:
         Returns:
             How each process ended that was alive before.
         """
-        if self._read_end is None:
+        if self._pipe is None:
             return []
         self.deaths()
         before = set(self.pids)
@@ -236,9 +237,9 @@ class Supervisor:
         for last, patience in ((False, p.interrupt_patience_s), (True, p.recorder_patience_s)):
             names = [name for name in before if self._processes[name][0].last == last]
             self._end(names, times * patience, times * p.terminate_patience_s)
-        os.close(self._write_end)
-        os.close(self._read_end)
-        self._read_end = self._write_end = None
+        for end in self._pipe:
+            os.close(end)
+        self._pipe = None
         self.clean()
         return [self._exits[name] for name in self._processes if name in before and name in self._exits]
 
@@ -267,7 +268,7 @@ class Supervisor:
         return self.log_folder / f"{name}.log"
 
 
-def _signal_group(process: subprocess.Popen, number: int) -> None:
+def _signal_group(process: subprocess.Popen[bytes], number: int) -> None:
     try:
         os.killpg(process.pid, number)
     except ProcessLookupError:

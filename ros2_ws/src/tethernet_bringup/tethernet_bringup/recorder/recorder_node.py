@@ -28,6 +28,7 @@ import json
 import signal
 import sys
 import time
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -66,13 +67,13 @@ _SEQUENCE_MASK = 0xFFFFFFFF  # MCAP counts in 32 bits
 class _NeverGroup(CallbackGroup):
     """For the subscriptions: an executor that answers for the parameters shall leave them alone."""
 
-    def can_execute(self, entity) -> bool:
+    def can_execute(self, entity: object) -> bool:
         return False
 
-    def beginning_execution(self, entity) -> bool:
+    def beginning_execution(self, entity: object) -> bool:
         return False
 
-    def ending_execution(self, entity) -> None:
+    def ending_execution(self, entity: object) -> None:
         return
 
 
@@ -224,7 +225,7 @@ class Recorder(Node):
         )
         return fault
 
-    def _keep(self, index: int, source: _Source, data: bytes, information: dict) -> None:
+    def _keep(self, index: int, source: _Source, data: bytes, information: Mapping[str, Any]) -> None:
         sequence = information["publication_sequence_number"] or 0
         source.published.take(sequence)
         stamp = source.stamp(data)

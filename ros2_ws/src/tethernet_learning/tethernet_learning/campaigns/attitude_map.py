@@ -36,7 +36,8 @@ def draw(rows: Sequence[Row]) -> Any:
         axes, cell = _cells(flown)
         count = np.bincount(cell, minlength=len(axes))
         captured = np.bincount(cell, [bool(row["captured"]) for row in flown], len(axes)) / np.maximum(count, 1)
-        locked = np.bincount(cell, [row["locked_pairs"] for row in flown], len(axes)) / np.maximum(count, 1)
+        pairs_locked = np.array([row["locked_pairs"] for row in flown], float)
+        locked = np.bincount(cell, pairs_locked, len(axes)) / np.maximum(count, 1)
         used = count > 0
         each = f"{count[used].min()}" if np.ptp(count[used]) == 0 else f"{count[used].min()} to {count[used].max()}"
         pairs, needed = design(mus).max_locked_pairs, design(mus).required_locked_pairs
@@ -87,11 +88,11 @@ def _paint(panel: Any, directions: np.ndarray, value: np.ndarray, top: float) ->
     )  # fmt: skip
     panel.plot(*sphere.equal_area(directions).T, ".", color="black", markersize=2.0, alpha=0.6)
     around = np.linspace(0.0, 2.0 * np.pi, 200)
-    for angle in (*CIRCLES_DEG, 90):
-        radius = np.sqrt(2.0) * np.sin(np.radians(angle) / 2.0)
+    for circle in (*CIRCLES_DEG, 90):
+        radius = np.sqrt(2.0) * np.sin(np.radians(circle) / 2.0)
         panel.plot(radius * np.cos(around), radius * np.sin(around), color="black", linewidth=0.6, linestyle=":")
         panel.annotate(
-            f"{angle}°", (0.0, -radius), fontsize=8, ha="center", va="center",
+            f"{circle}°", (0.0, -radius), fontsize=8, ha="center", va="center",
             bbox={"facecolor": "white", "edgecolor": "none", "pad": 0.6, "alpha": 0.8},
         )  # fmt: skip
     for name, angle in MARKS.items():

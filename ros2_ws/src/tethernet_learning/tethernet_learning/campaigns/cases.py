@@ -36,7 +36,7 @@ def outcome_columns() -> dict[str, type]:
 
 def row(index: int, case: Case, outcome: Outcome) -> Row:
     """A line of an outcomes file."""
-    labels = {"index": index, "group": case.group, "policy": case.policy}
+    labels: Row = {"index": index, "group": case.group, "policy": case.policy}
     return {**labels, **flatten(case.scenario), **flatten(outcome)}
 
 

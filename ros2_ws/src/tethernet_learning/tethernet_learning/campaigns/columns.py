@@ -14,11 +14,14 @@ import re
 import types
 import typing
 from collections.abc import Iterable, Iterator, Mapping
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from tethernet_core.layout import DESIGNS
 
-T = TypeVar("T")
+if TYPE_CHECKING:
+    from _typeshed import DataclassInstance
+
+T = TypeVar("T", bound="DataclassInstance")
 Value = bool | int | float | str | None
 Row = dict[str, Value]
 """The cells of one row by column name; None is an empty cell."""
@@ -43,8 +46,9 @@ def in_words(names: Iterable[str]) -> str:
 
 def flatten(instance: Any) -> Row:
     """The cells of a dataclass' instance, every column of :func:`columns`."""
-    row: Row = dict.fromkeys(columns(type(instance)))
-    for name, hint in _hints(type(instance)).items():
+    kind: type = type(instance)
+    row: Row = dict.fromkeys(columns(kind))
+    for name, hint in _hints(kind).items():
         _fill(row, hint, name, getattr(instance, name))
     return row
 
@@ -92,9 +96,13 @@ def _without_none(hint: Any) -> tuple[Any, bool]:
     return core, True
 
 
+def _is_dataclass(core: Any) -> bool:
+    return dataclasses.is_dataclass(core)
+
+
 def _parts(core: Any, name: str) -> Iterator[tuple[str, Any]]:
     """Names and types of what a dataclass or a tuple is made of."""
-    if dataclasses.is_dataclass(core):
+    if _is_dataclass(core):
         yield from ((f"{name}_{part}", hint) for part, hint in _hints(core).items())
         return
     if typing.get_origin(core) is not tuple:
@@ -123,7 +131,7 @@ def _fill(row: Row, hint: Any, name: str, value: Any) -> None:
         scalar = core(value)
         row[name] = None if core is float and not math.isfinite(scalar) else scalar
         return
-    items = [getattr(value, n) for n in _hints(core)] if dataclasses.is_dataclass(core) else value
+    items = [getattr(value, n) for n in _hints(core)] if _is_dataclass(core) else value
     for (part, part_hint), item in zip(_parts(core, name), items, strict=False):
         _fill(row, part_hint, part, item)
 
@@ -142,7 +150,10 @@ def _value(hint: Any, name: str, row: Mapping[str, Value], strict: bool) -> Any:
             return ""
         raise ValueError(f"column {name} is empty; give it a value")
     parts = list(_parts(core, name))
-    if not dataclasses.is_dataclass(core) and typing.get_args(core)[-1] is Ellipsis:
-        parts = parts[: row[MUS]]
+    if not _is_dataclass(core) and typing.get_args(core)[-1] is Ellipsis:
+        count = row[MUS]
+        if not isinstance(count, int):
+            raise ValueError(f"column {MUS} is {count!r}; give it a whole number")
+        parts = parts[:count]
     values = [_value(part_hint, part, row, strict) for part, part_hint in parts]
-    return core(*values) if dataclasses.is_dataclass(core) else tuple(values)
+    return core(*values) if _is_dataclass(core) else tuple(values)

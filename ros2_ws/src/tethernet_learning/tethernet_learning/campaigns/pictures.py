@@ -49,7 +49,8 @@ def check_suffix(path: Path) -> None:
 
 def by_design(rows: Sequence[Row]) -> dict[int, list[Row]]:
     """Rows by number of MUs, 4 first."""
-    return {mus: [row for row in rows if row["mus"] == mus] for mus in sorted({row["mus"] for row in rows})}
+    counts = sorted({mus for row in rows if isinstance(mus := row["mus"], int)})
+    return {mus: [row for row in rows if row["mus"] == mus] for mus in counts}
 
 
 def counts_text(rows: Sequence[Row]) -> str:

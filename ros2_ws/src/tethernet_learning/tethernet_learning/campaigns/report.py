@@ -8,7 +8,7 @@ from pathlib import Path
 
 from tethernet_learning.campaigns import tables
 from tethernet_learning.campaigns.cases import outcome_columns
-from tethernet_learning.campaigns.columns import Row, in_words, rebuild
+from tethernet_learning.campaigns.columns import Row, Value, in_words, rebuild
 from tethernet_learning.campaigns.errors import CampaignError
 from tethernet_learning.campaigns.statistics import Estimate, Summary, summarise
 from tethernet_sim.scenario import Outcome
@@ -52,7 +52,7 @@ def table(rows: Sequence[Row], by: Sequence[str] = GROUPED_BY) -> list[str]:
     for name in by:
         if name not in outcome_columns():
             raise CampaignError(f"no column {name!r} to group by; allowed: {in_words(outcome_columns())}")
-    groups: dict[tuple, list[Outcome]] = {}
+    groups: dict[tuple[Value, ...], list[Outcome]] = {}
     for row in rows:
         groups.setdefault(tuple(row.get(name) for name in by), []).append(rebuild(Outcome, row))
     lines = [(*by, *HEAD)]

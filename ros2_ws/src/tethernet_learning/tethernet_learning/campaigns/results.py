@@ -10,6 +10,7 @@ import fcntl
 import json
 import os
 from collections.abc import Mapping, Sequence
+from io import BufferedRandom
 from pathlib import Path
 from typing import Any
 
@@ -43,7 +44,7 @@ class Results:
         self._part_path = path.with_name(path.name + ".part")
         self.rows: list[Row] = []
         """Rows of the missions flown so far."""
-        self._file = None
+        self._file: BufferedRandom | None = None
         self._check(description)
         if path.exists():
             self.rows = tables.read(path, outcome_columns())
@@ -66,7 +67,10 @@ class Results:
 
         Raises:
             OSError: when they cannot be written.
+            ValueError: where the campaign is complete.
         """
+        if self._file is None:
+            raise ValueError(f"{self.path} is complete; no mission is missing")
         lines = "".join(json.dumps(row, allow_nan=False) + "\n" for row in rows)
         self._file.write(lines.encode())
         self._file.flush()
@@ -113,15 +117,15 @@ class Results:
         atomic_file.write_text(self._description_path, text)
 
     def _open(self) -> None:
-        self._file = self._part_path.open("a+b")
+        self._file = file = self._part_path.open("a+b")
         try:
-            fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError as error:
-            self._file.close()
+            file.close()
             raise CampaignError(f"another process is flying for {self.path}; wait for it, or end it") from error
-        self._file.seek(0)
+        file.seek(0)
         whole = 0
-        for number, line in enumerate(self._file, start=1):
+        for number, line in enumerate(file, start=1):
             if not line.endswith(b"\n"):  # a kill while it was written
                 break
             try:
@@ -130,5 +134,5 @@ class Results:
                 raise CampaignError(f"{self._part_path}, line {number} is damaged: {error}; {self._advice}") from error
             self.rows.append(row)
             whole += len(line)
-        self._file.truncate(whole)
-        self._file.seek(0, os.SEEK_END)
+        file.truncate(whole)
+        file.seek(0, os.SEEK_END)

@@ -36,7 +36,7 @@ def read(path: Path) -> list[Case]:
         except ValueError as error:
             raise CampaignError(f"{path}, row {number}: {error}") from error
         aimed_by = row.get("policy") if scenario.aiming_offsets is not None else None
-        cases.append(Case(scenario, row.get("group") or GROUP, aimed_by or GROUP))
+        cases.append(Case(scenario, str(row.get("group") or GROUP), str(aimed_by or GROUP)))
     if not cases:
         raise CampaignError(f"{path} has no rows; allowed: one scenario or more")
     return cases

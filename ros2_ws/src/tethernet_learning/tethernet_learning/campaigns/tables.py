@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 from tethernet_core.atomic_file import write_whole
 from tethernet_learning.campaigns.columns import Row, Value, in_words
@@ -122,10 +123,10 @@ def _write_csv(path: Path, columns: Mapping[str, type], rows: Sequence[Row]) -> 
 def _read_csv(path: Path) -> tuple[list[str], list[list[Value]]]:
     with path.open(encoding="utf-8-sig", newline="") as file:
         lines = [line for line in csv.reader(file) if line]
-    return (lines[0], lines[1:]) if lines else ([], [])
+    return (lines[0], [[*line] for line in lines[1:]]) if lines else ([], [])
 
 
-def _parquet():
+def _parquet() -> Any:
     try:
         import pyarrow.parquet
     except ImportError as error:

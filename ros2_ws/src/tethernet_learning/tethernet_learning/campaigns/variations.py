@@ -8,10 +8,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 
-from tethernet_core.mission import Point
+from tethernet_core.mission import as_point
 from tethernet_core.settings import MissionParameters
 from tethernet_learning.campaigns import sphere
 from tethernet_learning.campaigns.cases import Case
@@ -79,7 +80,7 @@ def tumbles(
     for rate in rates_deg_s:
         generators = iter(_generators(seed, axis_count * each))
         for axis in sphere.directions(axis_count):
-            spin = tuple((math.radians(rate) * axis).tolist())
+            spin = as_point((math.radians(rate) * axis).tolist())
             for _ in range(each):
                 random = next(generators)
                 varied = _place(random, rules)
@@ -105,7 +106,7 @@ def losses(
     cases = []
     for random in _generators(seed, count):
         varied = _place(random, rules)
-        time_s, which, kind = random.uniform(0.0, latest_s), random.random(), kinds[random.integers(len(kinds))]
+        time_s, which, kind = random.uniform(0.0, latest_s), random.random(), kinds[int(random.integers(len(kinds)))]
         failure = Failure(mu=1 + int(which * mus), kind=kind, time_s=round(time_s, 3))
         cases.append(Case(Scenario(mus=mus, failure=failure, **varied), kind))
     return cases
@@ -115,12 +116,12 @@ def _generators(seed: int, count: int) -> list[np.random.Generator]:
     return [np.random.default_rng(sequence) for sequence in np.random.SeedSequence(seed).spawn(count)]
 
 
-def _place(random: np.random.Generator, rules: MissionParameters) -> dict[str, Point | int]:
+def _place(random: np.random.Generator, rules: MissionParameters) -> dict[str, Any]:
     """A debris position within the bounds and a seed of the sensor noise."""
     bound = rules.debris_bound_xy_m
     x, y = random.uniform(-bound, bound, 2)
     z = -random.uniform(rules.debris_near_m, rules.debris_far_m)
-    position = tuple(round(round(value / STEP_M) * STEP_M, 6) for value in (x, y, z))
+    position = as_point(round(round(value / STEP_M) * STEP_M, 6) for value in (x, y, z))
     return {"debris_position": position, "seed": int(random.integers(2**31))}
 
 

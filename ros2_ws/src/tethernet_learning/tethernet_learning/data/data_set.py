@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import dataclasses
 import json
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -42,7 +44,7 @@ COLUMNS = {
 """Columns with unit and meaning."""
 
 
-def schema(mus: int, about: dict):
+def schema(mus: int, about: dict[str, Any]) -> Any:
     """The Parquet schema.
 
     Args:
@@ -78,7 +80,7 @@ def schema(mus: int, about: dict):
 
 def rows(
     begin: int, scenarios: Sequence[Scenario], outcomes: Sequence[Outcome], seen: Sequence[np.ndarray | None]
-) -> list[dict]:
+) -> list[dict[str, Any]]:
     """Rows of the table, numbered from ``begin``."""
 
     def number_or_null(value: float | None) -> float | None:
@@ -90,7 +92,7 @@ def rows(
             "mus": scenario.mus,
             "noise_seed": scenario.seed,
             "debris_position_m": list(scenario.debris_position),
-            "aiming_offsets_m": np.ravel(scenario.aiming_offsets).tolist(),
+            "aiming_offsets_m": np.ravel(scenario.aiming_offsets or ()).tolist(),
             "features": None if row is None or outcome.error else row,
             "error": outcome.error,
             "captured": outcome.captured,
@@ -107,14 +109,14 @@ def rows(
     ]
 
 
-def write(path: Path, table) -> None:
+def write(path: Path, table: Any) -> None:
     """Write a table to a file at once or not at all."""
     import pyarrow.parquet as pq
 
     write_whole(path, lambda partial: pq.write_table(table, partial, compression="zstd"))
 
 
-def description(mus: int, about: dict) -> str:
+def description(mus: int, about: dict[str, Any]) -> str:
     """The data set's description as Markdown."""
     facts = [f"- {name}: {value}" for name, value in about.items() if not isinstance(value, dict)]
     lines = [f"| {name} | {unit} | {text} |" for name, (unit, text) in COLUMNS.items()]
@@ -139,20 +141,25 @@ class Captures:
     """In the whole data set, those included in which closing never began."""
     failures: int
     """Scenarios of the whole data set that were not captured."""
-    about: dict
+    about: dict[str, Any]
     """Seed, settings, commit."""
     quality: QualityParameters
     """By which captures were judged."""
 
     def chosen(self, which: np.ndarray) -> Captures:
         """Some of them, by index or mask; the counts stay those of the whole data set."""
-        arrays = (self.features, self.cqi, self.locked_pairs, self.closing_fuel_kg, self.captured)
-        chosen = (array[which] for array in arrays)
-        return Captures(self.mus, *chosen, self.scenarios, self.failures, self.about, self.quality)
+        return dataclasses.replace(
+            self,
+            features=self.features[which],
+            cqi=self.cqi[which],
+            locked_pairs=self.locked_pairs[which],
+            closing_fuel_kg=self.closing_fuel_kg[which],
+            captured=self.captured[which],
+        )
 
 
 def captures(
-    outcomes: Sequence[Outcome], seen: Sequence[np.ndarray | None], about: dict, quality: QualityParameters
+    outcomes: Sequence[Outcome], seen: Sequence[np.ndarray | None], about: dict[str, Any], quality: QualityParameters
 ) -> Captures:
     """The same of flights that were not written down.
 

@@ -8,6 +8,7 @@ import functools
 import sys
 import time
 from pathlib import Path
+from typing import Any
 
 from tethernet_core import atomic_file
 from tethernet_core.subcommand import Parser, Subcommand, whole_number
@@ -64,7 +65,7 @@ class Part:
     """Number of the first."""
     count: int
 
-    def fly(self, settings: Settings) -> list[dict]:
+    def fly(self, settings: Settings) -> list[dict[str, Any]]:
         """The rows of the table."""
         flown = scenarios(self.mus, self.split, self.seed, self.begin, self.count)
         outcomes, seen = fly_and_look(flown, settings, stop_at_trigger=False)
@@ -78,7 +79,7 @@ def make(
     count: int,
     seed: int,
     settings: Settings,
-    about: dict,
+    about: dict[str, Any],
     cluster: str | None = None,
 ) -> Path:
     """Fly one split, part by part; parts that are there already are kept.

@@ -9,6 +9,7 @@ from __future__ import annotations
 import argparse
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -31,7 +32,7 @@ _PART = 40
 """Scenarios between two lines of progress."""
 
 
-def measure(mus: int, count: int, seed: int, settings: Settings) -> dict:
+def measure(mus: int, count: int, seed: int, settings: Settings) -> dict[str, Any]:
     """Fly test scenarios of a data set twice, the knots displaced by different micrometres when closing begins.
 
     Args:

@@ -5,7 +5,9 @@ from __future__ import annotations
 import argparse
 import json
 import shutil
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 from tethernet_core import atomic_file
 from tethernet_core.errors import InputError
@@ -17,10 +19,13 @@ from tethernet_planner.inference.policy_file import AimingPolicy
 from tethernet_planner.inference.surrogate_file import Surrogate
 
 HISTORY = "history.png"
-_LOADERS = {shipped_models.POLICY: AimingPolicy.load, shipped_models.SURROGATE: Surrogate.load}
+_LOADERS: dict[str, Callable[[Path], AimingPolicy | Surrogate]] = {
+    shipped_models.POLICY: AimingPolicy.load,
+    shipped_models.SURROGATE: Surrogate.load,
+}
 
 
-def ship(file: Path, evaluation: dict | None = None) -> Path:
+def ship(file: Path, evaluation: dict[str, Any] | None = None) -> Path:
     """Check a model, copy it to where its name looks for it, and write its card beside it.
 
     A picture of its training that lies beside the file comes along.

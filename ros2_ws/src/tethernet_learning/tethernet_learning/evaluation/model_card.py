@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -23,7 +24,9 @@ _WHAT = {
 }
 
 
-def card(file: Path, kind: str, about: dict[str, Any], evaluation: dict | None = None, history: str = "") -> str:
+def card(
+    file: Path, kind: str, about: dict[str, Any], evaluation: dict[str, Any] | None = None, history: str = ""
+) -> str:
     """Write the card of a model.
 
     Args:
@@ -49,7 +52,7 @@ def card(file: Path, kind: str, about: dict[str, Any], evaluation: dict | None =
     return "\n".join(lines) + "\n"
 
 
-def _scores(file: Path, mus: int, evaluation: dict) -> list[str]:
+def _scores(file: Path, mus: int, evaluation: dict[str, Any]) -> list[str]:
     flown = evaluation["designs"].get(str(mus), {}).get("policies", {})
     own = [facts for facts in flown.values() if facts["model"] == file_fingerprint(file)]
     if not own:
@@ -64,7 +67,7 @@ def _scores(file: Path, mus: int, evaluation: dict) -> list[str]:
     return lines
 
 
-def _leaves(values: dict[str, Any], without: tuple[str, ...] = (), prefix: str = ""):
+def _leaves(values: dict[str, Any], without: tuple[str, ...] = (), prefix: str = "") -> Iterator[tuple[str, Any]]:
     for name, value in values.items():
         if name in without:
             continue

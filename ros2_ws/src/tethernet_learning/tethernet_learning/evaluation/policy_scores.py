@@ -6,6 +6,7 @@ import dataclasses
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from tethernet_core.capture_quality import QualityParameters
 from tethernet_learning.campaigns.cases import Case, aim
@@ -112,12 +113,12 @@ def _cases(mus: int, policy: str, count: int, seed: int) -> list[Case]:
     return aim([Case(scenario, GROUP) for scenario in scenarios], policy)
 
 
-def as_json(evaluated: Sequence[Evaluated]) -> dict:
+def as_json(evaluated: Sequence[Evaluated]) -> dict[str, Any]:
     """Statistics, comparisons, the paper's figures and every record, by design and policy."""
     return {str(e.mus): _design(e) for e in evaluated}
 
 
-def _design(e: Evaluated) -> dict:
+def _design(e: Evaluated) -> dict[str, Any]:
     by_policy = {}
     for name, cases in e.cases.items():
         by_policy[name] = {"model": policies.fingerprint(name, e.mus), **records(cases, e.outcomes[name], e.quality)}
@@ -127,7 +128,7 @@ def _design(e: Evaluated) -> dict:
     return {"paper": dataclasses.asdict(PAPER[e.mus]), "policies": by_policy}
 
 
-def _estimate(value):
+def _estimate(value: Any) -> Any:
     if isinstance(value, Estimate):
         return {"mean": value.value, "low_95": value.low, "high_95": value.high}
     return list(value) if isinstance(value, tuple) else value

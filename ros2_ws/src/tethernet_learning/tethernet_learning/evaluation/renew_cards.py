@@ -103,7 +103,7 @@ def measure_surrogates(settings: Settings, count: int, facts: dict[str, Any]) ->
     return found
 
 
-def _write(kind: str, model: AimingPolicy | Surrogate, content: dict[str, Any], flown: list | None) -> None:
+def _write(kind: str, model: AimingPolicy | Surrogate, content: dict[str, Any], flown: list[Any] | None) -> None:
     """The measurements for programs, and the card for people."""
     file = shipped_models.place(kind, model.mus)
     picture = file.with_suffix(".png")

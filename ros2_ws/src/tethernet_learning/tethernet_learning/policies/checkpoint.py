@@ -10,6 +10,7 @@ import json
 import pickle
 import shutil
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -26,7 +27,7 @@ class CheckpointError(InputError):
     """A checkpoint is damaged, or was not made by this version: what to do."""
 
 
-def save(folder: Path, model) -> None:
+def save(folder: Path, model: Any) -> None:
     """Write a checkpoint and remove all but the newest two.
 
     Args:
@@ -43,7 +44,7 @@ def save(folder: Path, model) -> None:
     state = {
         "counters": {name: getattr(model, name) for name in _COUNTERS},
         "torch": torch.get_rng_state().tolist(),
-        "numpy": [kind, keys.tolist(), position, has_gauss, gauss],
+        "numpy": [kind, np.asarray(keys).tolist(), position, has_gauss, gauss],
     }
     atomic_file.write_text(partial / _STATE, json.dumps(state))
     whole = folder / f"{model.num_timesteps:08d}"
@@ -59,7 +60,7 @@ def newest(folder: Path) -> Path | None:
     return found[-1] if found else None
 
 
-def load(checkpoint: Path, model) -> None:
+def load(checkpoint: Path, model: Any) -> None:
     """Bring a model to where a checkpoint was taken, and all random generators too. Executes nothing from the files.
 
     Args:

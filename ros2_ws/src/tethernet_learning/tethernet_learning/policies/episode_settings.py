@@ -26,7 +26,7 @@ class EpisodeSettings:
     noise: str = "split"
     """Of the surrogate, one of :data:`.surrogate_file.NOISES`; ``paper`` [P]."""
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         """Raises:
         ValueError: naming the value and what is allowed.
         """

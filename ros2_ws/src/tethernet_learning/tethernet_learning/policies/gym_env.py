@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import gymnasium  # noqa: TID253 - this module is imported only where training is wanted
 import numpy as np
 
@@ -19,7 +21,7 @@ class AimingEnv(gymnasium.Env):
     ``truncated``. ``options={"debris_position": (x, y, z)}`` at ``reset`` chooses the debris [m].
     """
 
-    metadata = {"render_modes": []}  # noqa: RUF012 - as Gymnasium declares it
+    metadata: dict[str, Any] = {"render_modes": []}  # noqa: RUF012 - as Gymnasium declares it
 
     def __init__(self, source: Source, reward: Reward, symmetry: str = "none"):
         """Args:
@@ -32,7 +34,9 @@ class AimingEnv(gymnasium.Env):
         self._source, self._reward, self._symmetry = source, reward, symmetry
         self._scenario: Scenario | None = None
 
-    def reset(self, *, seed: int | None = None, options: dict | None = None) -> tuple[np.ndarray, dict]:
+    def reset(
+        self, *, seed: int | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[np.ndarray, dict[str, Any]]:
         """See :class:`gymnasium.Env`.
 
         Raises:
@@ -49,7 +53,7 @@ class AimingEnv(gymnasium.Env):
         self._observation, self._image = task.scale_observation(position, self._symmetry)
         return self._observation.copy(), {"debris_position": self._scenario.debris_position}
 
-    def step(self, action: np.ndarray) -> tuple[np.ndarray, float, bool, bool, dict]:
+    def step(self, action: np.ndarray) -> tuple[np.ndarray, float, bool, bool, dict[str, Any]]:
         """See :class:`gymnasium.Env`; the observation does not change.
 
         Raises:

@@ -6,6 +6,7 @@ import csv
 import io
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -18,7 +19,7 @@ COLUMNS = ("episodes", "reward", *(f"term_{name}" for name in TERMS), "captured"
 exploration, actions scaled to [-1, 1]."""
 
 
-def line(episodes: int, infos: Sequence[dict], std: float) -> list[float]:
+def line(episodes: int, infos: Sequence[dict[str, Any]], std: float) -> list[float]:
     """One line from the infos of :class:`.vec_env.AimingVecEnv`."""
     terms = [np.mean([info["reward_terms"][name] for info in infos]) for name in TERMS]
     rest = [np.mean([info[name] for info in infos]) for name in ("is_success", "fuel_kg", "mouth_area_m2")]

@@ -10,6 +10,7 @@ from __future__ import annotations
 import argparse
 import json
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -27,7 +28,7 @@ from tethernet_sim.fly import Settings, fly_many
 FUEL_FACTOR = 2.0
 
 
-def measure(mus: int, count: int, seed: int, settings: Settings) -> dict:
+def measure(mus: int, count: int, seed: int, settings: Settings) -> dict[str, Any]:
     """The constants for one design, and how they came about."""
     scenarios = random_scenarios(mus, Purpose.REWARD_REFERENCES, seed, 0, count)
     progress = Progress(f"missions with {mus} MUs", count)

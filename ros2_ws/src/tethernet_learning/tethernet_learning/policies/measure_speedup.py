@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import time
 from pathlib import Path
+from typing import Any
 
 from tethernet_core.subcommand import Parser, Subcommand, whole_number
 from tethernet_learning import run_folder
@@ -15,10 +16,10 @@ from tethernet_planner.inference.surrogate_file import Surrogate
 from tethernet_sim.fly import Settings
 
 
-def measure(surrogate: Surrogate, count: int, settings: Settings) -> dict:
+def measure(surrogate: Surrogate, count: int, settings: Settings) -> dict[str, Any]:
     """Wall time of the same episodes, nominal aiming points, in full and through the surrogate, one batch each."""
     scenarios = random_scenarios(surrogate.mus, Purpose.POLICY_TRAINING, 0, 0, count)
-    flown = {
+    flown: dict[str, sources.Source] = {
         sources.FULL: sources.FullSimulation(settings),
         sources.SURROGATE: sources.SurrogateCapture(settings, surrogate),
     }

@@ -6,6 +6,7 @@ import json
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -34,7 +35,7 @@ class SearchSettings(EpisodeSettings):
     sigma_m: float = 1.0
     """Initial standard deviation of the offsets [m]."""
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         """Raises:
         ValueError: naming the value and what is allowed.
         """
@@ -57,7 +58,7 @@ def search(
     source: Source,
     reward: Reward,
     tell: Callable[[int, str], None],
-    about: dict,
+    about: dict[str, Any],
 ) -> AimingPolicy:
     """Search, or go on searching, in a claimed folder.
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -35,7 +36,7 @@ class PpoSettings(EpisodeSettings):
     """Logarithm of the exploration's initial standard deviation, actions scaled to [-1, 1]: 0, the library's default,
     is 5 m for every MU; -2.3 is half a metre."""
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         """Raises:
         ValueError: naming the value and what is allowed.
         """
@@ -55,7 +56,7 @@ class PpoSettings(EpisodeSettings):
         return self.envs * self.steps
 
 
-def new_model(settings: PpoSettings, env):
+def new_model(settings: PpoSettings, env: Any) -> Any:
     """An untrained PPO whose policy aims at the nominal points.
 
     The mean of the library's untrained policy is within a few centimetres of them.
@@ -85,7 +86,7 @@ class _falling:  # noqa: N801 - a function that can be saved
         return self.rate * left
 
 
-def export(model, settings: PpoSettings, about: dict) -> AimingPolicy:
+def export(model: Any, settings: PpoSettings, about: dict[str, Any]) -> AimingPolicy:
     """The deterministic part of a trained PPO, for NumPy.
 
     Args:

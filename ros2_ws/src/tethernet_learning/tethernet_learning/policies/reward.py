@@ -6,6 +6,7 @@ import functools
 import json
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -40,7 +41,7 @@ class Reward:
     variant: str = "threshold"
     """One of VARIANTS."""
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         """Raises:
         ValueError: for an unknown variant or design.
         """
@@ -87,6 +88,6 @@ class Reward:
 
 
 @functools.cache
-def references() -> dict:
+def references() -> dict[str, Any]:
     """Contents of REFERENCES_FILE."""
     return json.loads(REFERENCES_FILE.read_text(encoding="utf-8"))

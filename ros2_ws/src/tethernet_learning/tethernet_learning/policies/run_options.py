@@ -6,7 +6,7 @@ import argparse
 import dataclasses
 import sys
 from pathlib import Path
-from typing import TypeVar
+from typing import Any, TypeVar
 
 from tethernet_core.errors import InputError
 from tethernet_core.subcommand import Parser, whole_number
@@ -65,7 +65,7 @@ def settings_of(options: argparse.Namespace, settings: type[S]) -> S:
         raise InputError(str(error)) from error
 
 
-def prepare(settings, surrogate_file: Path | None) -> tuple[sources.Source, Reward, dict]:
+def prepare(settings: EpisodeSettings, surrogate_file: Path | None) -> tuple[sources.Source, Reward, dict[str, Any]]:
     """Source, reward and all that the run's result depends on.
 
     Warns where the reward's constants or the surrogate are older than the control or the physics.

@@ -7,6 +7,7 @@ import json
 import sys
 import time
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -27,7 +28,7 @@ _CHECKPOINT_EVERY = 2
 """Updates."""
 
 
-def train(folder: Path, settings: PpoSettings, source: sources.Source, reward: Reward, about: dict) -> Path:
+def train(folder: Path, settings: PpoSettings, source: sources.Source, reward: Reward, about: dict[str, Any]) -> Path:
     """Train, or go on training, in a claimed folder.
 
     Args:

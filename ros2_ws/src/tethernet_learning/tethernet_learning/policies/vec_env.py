@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import gymnasium  # noqa: TID253 - this module is imported only where training is wanted
 import numpy as np
 from stable_baselines3.common.vec_env import VecEnv  # noqa: TID253
@@ -70,7 +72,7 @@ class AimingVecEnv(VecEnv):
         """
         self._actions = np.asarray(actions, float)
 
-    def step_wait(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, list[dict]]:
+    def step_wait(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, list[dict[str, Any]]]:
         """Fly. All episodes end; ``infos`` hold the terms of the reward by name, and what was flown."""
         offsets = [task.offsets_from_action(a, image) for a, image in zip(self._actions, self._images, strict=True)]
         results = episodes.fly(self._source, self._reward, self._scenarios, offsets)
@@ -96,18 +98,18 @@ class AimingVecEnv(VecEnv):
     def close(self) -> None:
         """Nothing to close."""
 
-    def get_attr(self, attr_name: str, indices=None) -> list:
+    def get_attr(self, attr_name: str, indices: Any = None) -> list[Any]:
         """The same for all: there is one object."""
         return [getattr(self, attr_name) for _ in self._get_indices(indices)]
 
-    def set_attr(self, attr_name: str, value, indices=None) -> None:
+    def set_attr(self, attr_name: str, value: Any, indices: Any = None) -> None:
         """Sets it for all: there is one object."""
         setattr(self, attr_name, value)
 
-    def env_method(self, method_name: str, *args, indices=None, **kwargs) -> list:
+    def env_method(self, method_name: str, *args: Any, indices: Any = None, **kwargs: Any) -> list[Any]:
         """Calls it once for each index."""
         return [getattr(self, method_name)(*args, **kwargs) for _ in self._get_indices(indices)]
 
-    def env_is_wrapped(self, wrapper_class, indices=None) -> list[bool]:
+    def env_is_wrapped(self, wrapper_class: Any, indices: Any = None) -> list[bool]:
         """Nothing is wrapped."""
         return [False for _ in self._get_indices(indices)]

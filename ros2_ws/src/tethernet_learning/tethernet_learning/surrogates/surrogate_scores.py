@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import time
+from typing import Any
 
 import numpy as np
 
@@ -34,7 +35,7 @@ def _errors(predicted: Predictions, test: Captures, chosen: np.ndarray) -> Predi
     return PredictionErrors(*(float(value) for value in (cqi.mean(), cqi.std(), pairs.mean(), pairs.std())))
 
 
-def scores(surrogate: Surrogate, test: Captures) -> dict:
+def scores(surrogate: Surrogate, test: Captures) -> dict[str, Any]:
     """Scores as plain numbers.
 
     Args:
@@ -90,7 +91,7 @@ def scores(surrogate: Surrogate, test: Captures) -> dict:
     }
 
 
-def _with_those_never_closed(said: np.ndarray, test: Captures) -> dict:
+def _with_those_never_closed(said: np.ndarray, test: Captures) -> dict[str, Any]:
     never = np.zeros(test.scenarios - len(said), bool)
     said, true = np.concatenate([said, never]), np.concatenate([test.captured, never])
     right = said == true

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -87,7 +88,9 @@ def prepare(captures: Captures, seed: int) -> list[Material]:
     ]
 
 
-def finish(model: str, members: list[dict[str, np.ndarray]], materials: list[Material], about: dict) -> Surrogate:
+def finish(
+    model: str, members: list[dict[str, np.ndarray]], materials: list[Material], about: dict[str, Any]
+) -> Surrogate:
     """Make members a surrogate, calibrated on what each of them has not seen; its errors are not known yet.
 
     Args:

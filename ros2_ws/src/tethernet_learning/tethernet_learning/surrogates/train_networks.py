@@ -4,12 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from tethernet_learning.surrogates.surrogate_training import FOLDS, Material
 from tethernet_planner.inference import networks
 from tethernet_planner.inference.net_features import NUMBERS
+
+if TYPE_CHECKING:
+    import torch
 
 HIDDEN = (500, 300)
 """Units of the hidden layers (paper)."""
@@ -94,7 +98,7 @@ def train(
     return best
 
 
-def _loss(outputs, targets):
+def _loss(outputs: torch.Tensor, targets: torch.Tensor) -> torch.Tensor:
     """Squared errors of the standardised numbers plus the cross entropy of "captured"."""
     from torch.nn import functional
 
@@ -102,7 +106,7 @@ def _loss(outputs, targets):
     return numbers + functional.binary_cross_entropy_with_logits(outputs[:, 3], targets[:, 3])
 
 
-def _plain(parameter) -> np.ndarray:
+def _plain(parameter: torch.Tensor) -> np.ndarray:
     return parameter.detach().numpy().copy()
 
 
@@ -120,7 +124,7 @@ class _Dense:
         ]
         self.module = nn.Sequential(*hidden, nn.Linear(HIDDEN[-1], 4))
 
-    def outputs(self, inputs):
+    def outputs(self, inputs: torch.Tensor) -> torch.Tensor:
         return self.module(inputs)
 
     def arrays(self) -> dict[str, np.ndarray]:
@@ -145,7 +149,7 @@ class _Recurrent:
             }
         )
 
-    def outputs(self, inputs):
+    def outputs(self, inputs: torch.Tensor) -> torch.Tensor:
         drop = self.module["drop"]
         states, _ = self.module["0"](inputs)
         states, _ = self.module["1"](drop(states))

@@ -8,6 +8,7 @@ import json
 import shutil
 import time
 from pathlib import Path
+from typing import Any
 
 from tethernet_core import atomic_file
 from tethernet_core.errors import InputError
@@ -27,7 +28,9 @@ MODELS = ("rnn-paper", "rnn", "mlp", TREES)
 BEST = "surrogate.safetensors"
 
 
-def train_one(name: str, materials: list[Material], seed: int, overrides: dict, about: dict) -> Surrogate:
+def train_one(
+    name: str, materials: list[Material], seed: int, overrides: dict[str, Any], about: dict[str, Any]
+) -> Surrogate:
     """Train one model.
 
     Args:
@@ -53,7 +56,7 @@ def train_one(name: str, materials: list[Material], seed: int, overrides: dict, 
     return finish(model, members, chosen, {**about, **facts})
 
 
-def plot(path: Path, results: dict[str, dict]) -> None:
+def plot(path: Path, results: dict[str, dict[str, Any]]) -> None:
     """The calibration of the predicted probability."""
     from matplotlib.figure import Figure
 

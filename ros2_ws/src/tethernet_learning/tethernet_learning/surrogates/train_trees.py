@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -90,7 +91,7 @@ class _Tree:
     value: np.ndarray
 
     @classmethod
-    def of(cls, tree, learning_rate: float) -> _Tree:
+    def of(cls, tree: Any, learning_rate: float) -> _Tree:
         leaf = tree.children_left < 0
         own = np.arange(len(leaf))
         # What the tree compares is float32; the next float32 below a threshold divides it the same way.

@@ -6,15 +6,12 @@ import hashlib
 import json
 import subprocess
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import Any
 
 import numpy as np
 
 from tethernet_core.atomic_file import write_whole
 from tethernet_core.errors import InputError
-
-if TYPE_CHECKING:  # numba behind it takes half a second, and who only reads a model needs none of it
-    pass
 
 VERSION = 2
 """Of the format; readers refuse others."""
@@ -26,7 +23,7 @@ class ModelFileError(InputError):
     """A file is not what it should be: what was found, and what is allowed."""
 
 
-def write(path: Path, kind: str, arrays: dict[str, np.ndarray], about: dict) -> None:
+def write(path: Path, kind: str, arrays: dict[str, np.ndarray], about: dict[str, Any]) -> None:
     """Write a model; an existing file is replaced at once or not at all.
 
     Args:
@@ -46,7 +43,7 @@ def write(path: Path, kind: str, arrays: dict[str, np.ndarray], about: dict) -> 
     write_whole(path, lambda partial: partial.write_bytes(data))
 
 
-def read(path: Path, kind: str) -> tuple[dict[str, np.ndarray], dict]:
+def read(path: Path, kind: str) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
     """Read a model.
 
     Returns:
@@ -72,17 +69,17 @@ def read(path: Path, kind: str) -> tuple[dict[str, np.ndarray], dict]:
     return arrays, head
 
 
-def check_shapes(path, arrays: dict[str, np.ndarray], shapes: dict[str, tuple]) -> None:
+def check_shapes(path: Path, arrays: dict[str, np.ndarray], shapes: dict[str, tuple[int | None, ...]]) -> None:
     """Make sure that arrays are there, have these shapes and are finite; None in a shape stands for any length.
 
     Raises:
         ModelFileError: naming the array.
     """
     for name, shape in shapes.items():
-        found = arrays[name].shape if name in arrays else "missing"
-        fits = found != "missing" and len(found) == len(shape)
-        if not fits or any(want not in (None, have) for want, have in zip(shape, found, strict=True)):
-            raise ModelFileError(f"{path}: array {name!r} is {found}; allowed: shape {shape}")
+        found = arrays[name].shape if name in arrays else None
+        fits = found is not None and len(found) == len(shape)
+        if found is None or not fits or any(want not in (None, have) for want, have in zip(shape, found, strict=True)):
+            raise ModelFileError(f"{path}: array {name!r} is {found or 'missing'}; allowed: shape {shape}")
         if not np.isfinite(arrays[name]).all():
             raise ModelFileError(f"{path}: array {name!r} is not finite")
 

@@ -10,6 +10,7 @@ from __future__ import annotations
 import functools
 
 import numpy as np
+import numpy.typing as npt
 
 from tethernet_core.layout import KNOT_ROWS, design
 from tethernet_planner.inference.symmetry import Symmetry
@@ -57,9 +58,9 @@ def features(
     knot_velocities: np.ndarray,
     mu_positions: np.ndarray,
     mu_velocities: np.ndarray,
-    debris_position,
-    debris_velocity,
-) -> np.ndarray:
+    debris_position: npt.ArrayLike,
+    debris_velocity: npt.ArrayLike,
+) -> npt.NDArray[np.float32]:
     """The inputs of a surrogate.
 
     Args:

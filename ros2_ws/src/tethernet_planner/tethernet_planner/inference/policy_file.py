@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from tethernet_core.layout import design, nominal_aiming_points
 from tethernet_planner.inference import model_file, networks, task
@@ -27,10 +30,10 @@ class AimingPolicy:
     """``weight_k``, ``bias_k``; see :func:`.networks.dense`. Input and output as of :mod:`.task`."""
     symmetry: str = "none"
     """One of :data:`.task.SYMMETRIES`."""
-    about: dict = field(default_factory=dict)
+    about: dict[str, Any] = field(default_factory=dict)
     """Method, seed, commit, scores: facts for the model card."""
 
-    def offsets(self, debris_position) -> np.ndarray:
+    def offsets(self, debris_position: Sequence[float]) -> npt.NDArray[np.float64]:
         """Offsets of the aiming points from the nominal ones.
 
         Args:
@@ -51,7 +54,7 @@ class AimingPolicy:
         observation, image = task.scale_observation(debris_position, self.symmetry)
         return task.offsets_from_action(networks.dense(self.arrays, observation[None])[0], image)
 
-    def aiming_points(self, mu_count: int, debris_position) -> list[tuple[float, float, float]]:
+    def aiming_points(self, mu_count: int, debris_position: Sequence[float]) -> list[tuple[float, float, float]]:
         """Aiming points [m] of all MUs, MU 1 first: a policy in the sense of :mod:`tethernet_planner.policies`.
 
         Raises:
@@ -108,7 +111,7 @@ class AimingPolicy:
         return cls(about["mus"], arrays, about["symmetry"], about)
 
 
-def constant_policy(offsets: np.ndarray, symmetry: str = "none", about: dict | None = None) -> AimingPolicy:
+def constant_policy(offsets: np.ndarray, symmetry: str = "none", about: dict[str, Any] | None = None) -> AimingPolicy:
     """A policy that always gives the same offsets.
 
     Args:

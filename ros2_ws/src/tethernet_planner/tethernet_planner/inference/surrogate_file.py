@@ -8,6 +8,7 @@ from __future__ import annotations
 import functools
 from dataclasses import asdict, dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -91,7 +92,7 @@ class Surrogate:
     ``output_mean``, ``output_scale``, shape (3,); ``calibration``, slope and shift of the logit, shape (2,)."""
     errors: dict[str, PredictionErrors]
     """``all``; ``near``, where the predicted CQI is below the threshold; ``far``, where it is not."""
-    about: dict
+    about: dict[str, Any]
     """Data, training, scores: facts for the model card."""
 
     def check_design(self, mus: int) -> None:

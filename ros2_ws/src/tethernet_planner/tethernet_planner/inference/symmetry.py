@@ -11,6 +11,7 @@ import functools
 from dataclasses import dataclass
 
 import numpy as np
+import numpy.typing as npt
 
 from tethernet_core.layout import design
 
@@ -59,7 +60,7 @@ def mu_permutation(symmetry: Symmetry, mu_count: int) -> np.ndarray:
     return symmetry.permutation(np.array(design(mu_count).nominal_offsets))
 
 
-def canonical(debris_position) -> tuple[np.ndarray, Symmetry]:
+def canonical(debris_position: npt.ArrayLike) -> tuple[npt.NDArray[np.float64], Symmetry]:
     """The image of a debris position in one quarter of the plane, x >= abs(y).
 
     Returns:
@@ -70,7 +71,7 @@ def canonical(debris_position) -> tuple[np.ndarray, Symmetry]:
         image = symmetry.vectors(position)
         if image[0] >= abs(image[1]):
             return image, symmetry
-    raise ValueError(f"debris position {debris_position}: allowed: finite numbers")
+    raise ValueError(f"debris position {position.tolist()}: allowed: finite numbers")
 
 
 def image_of_offsets(symmetry: Symmetry, offsets: np.ndarray) -> np.ndarray:

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
+import numpy.typing as npt
 
+from tethernet_core.mission import as_point
 from tethernet_core.parameters import defaults
 from tethernet_core.settings import MissionParameters
 from tethernet_planner.inference import symmetry
@@ -28,12 +30,12 @@ SYMMETRIES = ("none", "diagonal")
 see :mod:`.symmetry`."""
 
 
-def on_grid(values) -> np.ndarray:
+def on_grid(values: npt.ArrayLike) -> npt.NDArray[np.float64]:
     """Values [m] rounded to the grid, any shape."""
     return np.round(np.round(np.asarray(values, float) / STEP_M) * STEP_M, 6) + 0.0  # no negative zeros
 
 
-def inside(debris_position) -> bool:
+def inside(debris_position: npt.ArrayLike) -> bool:
     """Whether the debris is where policies are trained; rounding to the grid is forgiven."""
     position = np.asarray(debris_position, float)
     margin = STEP_M / 2
@@ -42,7 +44,9 @@ def inside(debris_position) -> bool:
     )
 
 
-def scale_observation(debris_position, symmetric: str = "none") -> tuple[np.ndarray, symmetry.Symmetry]:
+def scale_observation(
+    debris_position: npt.ArrayLike, symmetric: str = "none"
+) -> tuple[npt.NDArray[np.float32], symmetry.Symmetry]:
     """What a policy sees.
 
     Args:
@@ -59,7 +63,7 @@ def scale_observation(debris_position, symmetric: str = "none") -> tuple[np.ndar
     return np.clip(2.0 * (position - low) / (high - low) - 1.0, -1.0, 1.0).astype(np.float32), image
 
 
-def offsets_from_action(action, image: symmetry.Symmetry = symmetry.IDENTITY) -> np.ndarray:
+def offsets_from_action(action: npt.ArrayLike, image: symmetry.Symmetry = symmetry.IDENTITY) -> npt.NDArray[np.float64]:
     """The offsets that a policy's answer stands for.
 
     Args:
@@ -75,4 +79,4 @@ def offsets_from_action(action, image: symmetry.Symmetry = symmetry.IDENTITY) ->
 
 def random_debris_position(random: np.random.Generator) -> tuple[float, float, float]:
     """Uniform within the bounds, on the grid [m]."""
-    return tuple(on_grid(random.uniform(DEBRIS_LOW_M, DEBRIS_HIGH_M)).tolist())
+    return as_point(on_grid(random.uniform(DEBRIS_LOW_M, DEBRIS_HIGH_M)).tolist())
