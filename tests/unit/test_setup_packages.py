@@ -108,6 +108,7 @@ ROSDEP = {
     "numpy": "python3-numpy",
     "rosbags": "python3-rosbags-pip",
     "scipy": "python3-scipy",
+    "trimesh": "python3-trimesh-pip",
     "yaml": "python3-yaml",
 }
 """Keys that rosdep has, by the name of the import."""

@@ -60,7 +60,7 @@ def test_without_a_shipped_model_rl_says_so_and_what_to_do(shipped):
     for needed in (
         "no policy for 8 MUs is shipped",
         "PATH/policy.safetensors",
-        "evaluation.install_model",
+        "tethernet models install",
         "nominal needs none",
     ):
         assert needed in words

@@ -16,6 +16,6 @@ setup(
         ("share/" + NAME, ["package.xml"]),
     ],
     python_requires=">=3.11",
-    install_requires=["numpy", "pyyaml", "scipy", "trimesh"],
+    install_requires=["matplotlib", "numpy", "pyyaml", "scipy", "trimesh"],
     zip_safe=False,
 )
