@@ -183,10 +183,19 @@ def test_systems_are_listed_shown_checked_and_drawn(capsys, tmp_path, monkeypatc
     assert told(capsys, "systems", "show", "own.yaml")[1] == shown
 
     assert told(capsys, "systems", "check", "own.yaml", "zenit_8mu")[0] == 0
-    (tmp_path / "wrong.yaml").write_text("based_on: zenit_8mu\nunit: {mass_kg: -1}\n")
+    (tmp_path / "wrong.yaml").write_text(
+        "based_on: zenit_8mu\nunit: {mass_kg: -1, box_m: [1]}\nchaser: {side_m: 0, colour: red}\n"
+        "parameters: {optics: {}}\ndebris: {mass_kg: heavy}\n"
+    )
     status, out, _ = told(capsys, "systems", "check", "own.yaml", "wrong.yaml")
     assert status == 1
-    assert "units[0].mass_kg = -1" in out and "allowed" in out
+    good, *mistakes = out.splitlines()
+    assert "own.yaml: can be flown" in good
+    places = ["unit.mass_kg", "unit.box_m", "debris.mass_kg", "chaser.colour", "chaser.side_m", "parameters.optics"]
+    assert [line.split()[2].rstrip(":") for line in mistakes] == places
+    assert all("; allowed: " in line for line in mistakes)
+    status, _, err = told(capsys, "fly", "--system", "wrong.yaml")
+    assert status == 2 and "unit.mass_kg = -1" in err and "(and 1 more)" in err
 
     assert told(capsys, "systems", "draw", "own.yaml", "--output", "own.png")[:2] == (0, "own.png\n")
     assert (tmp_path / "own.png").read_bytes().startswith(b"\x89PNG")

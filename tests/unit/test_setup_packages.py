@@ -14,8 +14,9 @@ from pathlib import Path
 
 import pytest
 
+from bootstrap import steps
 from bootstrap.clashes import clashes, normal, own_packages
-from bootstrap.places import MESSAGE_PACKAGES, PYTHON_PACKAGES, ROOT, venv_places
+from bootstrap.places import MESSAGE_PACKAGES, PYTHON_PACKAGES, ROOT, Places, venv_places
 from bootstrap.steps import MESSAGES
 
 REQUIREMENTS = ROOT / "requirements"
@@ -227,3 +228,15 @@ def test_messages_travel():
 
     state = NetState(rows=1, columns=2, knot_positions=[1.0, 2.0, 3.0, 4.0, 5.0, 6.0], locked=[True, False])
     assert rclpy.serialization.deserialize_message(rclpy.serialization.serialize_message(state), NetState) == state
+
+
+def test_commands_of_an_earlier_installation_go(tmp_path):
+    places = Places(ROOT, tmp_path)
+    (tmp_path / "bin").mkdir()
+    for name in ("salvage", "check-driver", "python"):
+        (tmp_path / "bin" / name).touch()
+    listed = tmp_path / "entry_points.txt"
+    listed.write_text("[console_scripts]\nsalvage = a.b:main\ncheck-driver = c:main\ngone = d:main\n")
+    steps._remove_commands(places, listed)
+    assert [path.name for path in (tmp_path / "bin").iterdir()] == ["python"]
+    steps._remove_commands(places, tmp_path / "not there")

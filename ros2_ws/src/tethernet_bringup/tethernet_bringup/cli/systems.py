@@ -50,14 +50,14 @@ def show(options: argparse.Namespace) -> None:
 
 def check(options: argparse.Namespace) -> int:
     """Whether descriptions can be flown: every error on a line of its own."""
-    from tethernet_core.system import DescriptionError, load_system
+    from tethernet_core.system import DescriptionError, check_system
 
     status = 0
     for name in options.systems:
         try:
-            system = load_system(name)
+            system = check_system(name)
         except DescriptionError as error:
-            print(error)
+            print("\n".join(error.sentences))
             status = 1
         else:
             print(f"{name}: can be flown; {system.unit_count} units, {system.net.node_count} nodes, {system.digest}")

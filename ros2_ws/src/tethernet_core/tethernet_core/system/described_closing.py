@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from .addresses import node_number
-from .entries import check_keys, finite, read_section
-from .errors import Place
+from .entries import check_given, check_keys, finite, read_section
+from .errors import Findings, Place
 from .geometry import around, hull, windings
 from .lattices import FlatNet
 from .parts import Aiming, Capture, Closing, Launch, Net, Unit, frozen
@@ -63,37 +63,45 @@ def build_units(content: Any, common: Any, net: Net, flat: FlatNet, place: Place
         raise here.problem(f"{len(content)} units", f"0 to {MOST_UNITS}")
     names = [name for name in UnitSection.__dataclass_fields__ if name != "node"]
     shared = check_keys({} if common is None else common, names, place / "unit")
+    check_given(UnitSection, shared, place / "unit")
+    found = Findings()
     units: list[Unit] = []
     for i, item in enumerate(content):
-        if not isinstance(item, Mapping):
-            raise here[i].error(item, "not a unit", "{node, thread_length_m, ...}")
-        section = read_section(UnitSection, {**shared, **item}, here[i])
-        node = node_number(section.node, flat, here[i] / "node")
-        other = next((k for k, unit in enumerate(units) if unit.node == node), None)
-        if other is not None:
-            raise (here[i] / "node").error(
-                section.node, f"node {node} already bears unit {other + 1}", "a node of its own for each unit"
-            )
-        if section.propellant_kg >= section.mass_kg:
-            raise (here[i] / "propellant_kg").error(
-                section.propellant_kg, "not less than the unit's mass", f"below {section.mass_kg:g} kg"
-            )
-        length = section.thread_length_m if section.stiffness_length == "thread" else flat.mesh_m
-        units.append(
-            Unit(
-                node=node,
-                thread_length_m=section.thread_length_m,
-                thread_stiffness_n_m=net.material.stiffness_n_m(length),
-                thread_damping_n_s_m=net.material.damping_n_s_m(length),
-                mass_kg=section.mass_kg,
-                box_m=section.box_m,
-                radius_m=0.5 * max(section.box_m) if section.radius_m is None else section.radius_m,
-                thrust_limit_n=section.thrust_limit_n,
-                specific_impulse_s=section.specific_impulse_s,
-                propellant_kg=section.propellant_kg,
-            )
-        )
+        with found.collected():
+            units.append(_build_unit(item, shared, net, flat, units, here[i]))
+    found.raise_them()
     return tuple(units)
+
+
+def _build_unit(
+    item: Any, shared: Mapping[str, Any], net: Net, flat: FlatNet, others: Sequence[Unit], place: Place
+) -> Unit:  # fmt: skip
+    if not isinstance(item, Mapping):
+        raise place.error(item, "not a unit", "{node, thread_length_m, ...}")
+    section = read_section(UnitSection, {**shared, **item}, place)
+    node = node_number(section.node, flat, place / "node")
+    other = next((k for k, unit in enumerate(others) if unit.node == node), None)
+    if other is not None:
+        raise (place / "node").error(
+            section.node, f"node {node} already bears unit {other + 1}", "a node of its own for each unit"
+        )
+    if section.propellant_kg >= section.mass_kg:
+        raise (place / "propellant_kg").error(
+            section.propellant_kg, "not less than the unit's mass", f"below {section.mass_kg:g} kg"
+        )
+    length = section.thread_length_m if section.stiffness_length == "thread" else flat.mesh_m
+    return Unit(
+        node=node,
+        thread_length_m=section.thread_length_m,
+        thread_stiffness_n_m=net.material.stiffness_n_m(length),
+        thread_damping_n_s_m=net.material.damping_n_s_m(length),
+        mass_kg=section.mass_kg,
+        box_m=section.box_m,
+        radius_m=0.5 * max(section.box_m) if section.radius_m is None else section.radius_m,
+        thrust_limit_n=section.thrust_limit_n,
+        specific_impulse_s=section.specific_impulse_s,
+        propellant_kg=section.propellant_kg,
+    )
 
 
 def order_round_mouth(net: Net, units: tuple[Unit, ...]) -> tuple[int, ...]:

@@ -12,7 +12,7 @@ from collections.abc import Mapping
 from typing import Any, TypeVar
 
 from ..near_match import near_match
-from .errors import Place
+from .errors import Findings, Place
 
 T = TypeVar("T")
 
@@ -96,9 +96,12 @@ def check_keys(content: Any, names: typing.Iterable[str], place: Place, noun: st
     names = list(names)
     if not isinstance(content, Mapping):
         raise place.error(content, "not a mapping of entries", ", ".join(names))
+    found = Findings()
     for key in content:
         if key not in names:
-            raise (place / str(key)).problem(f"unknown {noun}{near_match(key, names)}", ", ".join(names))
+            with found.collected():
+                raise (place / str(key)).problem(f"unknown {noun}{near_match(key, names)}", ", ".join(names))
+    found.raise_them()
     return content
 
 
@@ -110,15 +113,35 @@ def read_section(cls: type[T], content: Any, place: Place) -> T:
     """
     kinds = entry_kinds(typing.cast(type, cls))
     fields = {field.name: field for field in dataclasses.fields(cls)}  # type: ignore[arg-type]
-    given = check_keys(content, kinds, place)
+    found = Findings()
+    with found.collected():
+        check_keys(content, kinds, place)
+    if not isinstance(content, Mapping):
+        found.raise_them()
     values: dict[str, Any] = {}
     for name, field in fields.items():
-        value = given.get(name)
-        if value is not None:
-            values[name] = check_value(value, field, kinds[name], place / name)
-        elif field.default is dataclasses.MISSING:
-            raise (place / name).problem("is missing", allowed_text(field, kinds[name]))
+        value = content.get(name)
+        with found.collected():
+            if value is not None:
+                values[name] = check_value(value, field, kinds[name], place / name)
+            elif field.default is dataclasses.MISSING:
+                raise (place / name).problem("is missing", allowed_text(field, kinds[name]))
+    found.raise_them()
     return cls(**values)
+
+
+def check_given(cls: type, content: Mapping[str, Any], place: Place) -> None:
+    """Check the values that a mapping gives of a section's entries, whether or not it gives all.
+
+    Raises:
+        DescriptionError: for a wrong type or a value out of range.
+    """
+    kinds, found = entry_kinds(cls), Findings()
+    for field in dataclasses.fields(cls):
+        if (value := content.get(field.name)) is not None:
+            with found.collected():
+                check_value(value, field, kinds[field.name], place / field.name)
+    found.raise_them()
 
 
 def check_value(value: Any, field: dataclasses.Field[Any], kind: Any, place: Place) -> Any:

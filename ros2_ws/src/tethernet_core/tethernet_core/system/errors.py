@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import contextlib
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 from ..parameters import ParameterError
@@ -10,6 +12,34 @@ from ..shown import SHORT, shown
 
 class DescriptionError(ParameterError):
     """A system's description cannot be read, or describes what cannot be built or flown."""
+
+    def __init__(self, *sentences: str):
+        """Args:
+        sentences: one for each mistake that was found.
+        """
+        self.sentences = sentences
+        more = f" (and {len(sentences) - 1} more)" if len(sentences) > 1 else ""
+        super().__init__("".join(sentences[:1]) + more)
+
+
+class Findings:
+    """Collects the mistakes of parts that can be read whether or not the others can."""
+
+    def __init__(self) -> None:
+        self.sentences: list[str] = []
+
+    @contextlib.contextmanager
+    def collected(self) -> Iterator[None]:
+        """Keep the mistakes of what is done within."""
+        try:
+            yield
+        except DescriptionError as error:
+            self.sentences += (sentence for sentence in error.sentences if sentence not in self.sentences)
+
+    def raise_them(self) -> None:
+        """Raises: DescriptionError: with all mistakes, if there are any."""
+        if self.sentences:
+            raise DescriptionError(*self.sentences)
 
 
 @dataclass(frozen=True)

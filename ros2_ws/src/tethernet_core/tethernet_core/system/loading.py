@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import functools
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -20,7 +20,7 @@ from .described_closing import (
 from .described_debris import build_debris
 from .described_net import build_net
 from .entries import check_keys, read_section
-from .errors import DescriptionError, Place
+from .errors import DescriptionError, Findings, Place
 from .merging import merged, overridden
 from .net_file import graph_tables
 from .parts import Chaser, Tether
@@ -59,6 +59,50 @@ def load_system(name_or_path: str | Path, overrides: Mapping[str, Any] | None = 
     path = _path_of(name_or_path, None)
     content, folder = _complete(path, ())
     return _from_content(content, path.stem, folder, overrides)
+
+
+def check_system(name_or_path: str | Path) -> System:
+    """Load a system, and look for all mistakes in its description instead of ending at the first.
+
+    What hangs on a part that cannot be read, as units do on the net, is not looked at.
+
+    Raises:
+        DescriptionError: ``sentences`` holds one for each mistake.
+    """
+    path = _path_of(name_or_path, None)
+    content, folder = _complete(path, ())
+    found = Findings()
+    with found.collected():
+        section = read_section(DescriptionSection, content, Place(str(content.get("name") or path.stem)))
+    found.raise_them()
+    place = Place(section.name or path.stem)
+    independent: tuple[Callable[[], object], ...] = (
+        lambda: build_debris(section.debris, folder, place / "debris"),
+        lambda: read_section(Chaser, section.chaser, place / "chaser"),
+        lambda: read_section(Tether, section.tether, place / "tether"),
+        lambda: _parameters(section.parameters, place / "parameters"),
+    )
+    for part in (lambda: _check_on_net(section, folder, place), *independent):
+        with found.collected():
+            part()
+    found.raise_them()
+    return load_system(name_or_path)
+
+
+def _check_on_net(section: DescriptionSection, folder: Path, place: Place) -> None:
+    """The net, and all that hangs on it."""
+    net, flat = build_net(section.net, folder, place / "net")
+    units = build_units(section.units, section.unit, net, flat, place)
+    equipped = Equipped(net, flat, units, order_round_mouth(net, units))
+    found = Findings()
+    with found.collected():
+        closing = build_closing(section.closing, equipped, place / "closing")
+        build_capture(section.capture, closing, place / "capture")
+    with found.collected():
+        build_launch(section.launch, equipped, place / "launch")
+    with found.collected():
+        build_aiming(section.aiming, equipped, place / "aiming")
+    found.raise_them()
 
 
 def system_from_text(text: str, *, folder: Path | None = None, source: str = "text") -> System:
