@@ -146,9 +146,7 @@ def test_the_check_tells_of_a_driver_that_is_not_there(processes):
     assert "FAIL  odometry arrives on /mu3/odom" in check.output
 
 
-@pytest.mark.parametrize(
-    "arguments", [["--mu", "25"], ["--mu", "3", "--thrust", "6"], ["--mu", "3", "--push", "0"], []]
-)
+@pytest.mark.parametrize("arguments", [["--mu", "9"], ["--mu", "3", "--thrust", "6"], ["--mu", "3", "--push", "0"], []])
 def test_bad_usage_of_the_check_ends_with_status_2(processes, arguments):
     assert processes.start("check", *CHECK, *arguments, expected=2).wait() == 2
 

@@ -87,7 +87,7 @@ def test_every_help_shows_examples_that_can_be_given(capsys, name):
         (["systems", "draw", "zenit_8mu", "--output", "x.jpg"], "allowed: names that end in .png, .svg, .pdf"),
         (["data", "make", "--output", "x"], "one of the arguments --system --mus is required"),
         (["evaluate", "policies", "--mus", "4", "7"], "--mus 7: no shipped system for it"),
-        (["check-driver", "--mu", "25"], "25: allowed: a whole number from 1 to 24"),
+        (["check-driver", "--mu", "5", "--mus", "4"], "--mu 5: zenit_4mu has 4 units"),
         (["check-driver", "--mu", "3", "--wait", "0"], "0: allowed: more than 0 s"),
     ],
 )

@@ -24,7 +24,7 @@ from tethernet_core.errors import InputError
 from tethernet_core.parameters import load
 from tethernet_core.settings import ControlParameters
 from tethernet_core.subcommand import Parser, Subcommand, number, whole_number
-from tethernet_core.system.sections import MOST_UNITS
+from tethernet_core.system.option import add_system, chosen_system
 from tethernet_ros import any_quality, executor, topics
 from tethernet_ros.any_quality import quality_text
 from tethernet_ros.conversions import set_stamp
@@ -148,8 +148,14 @@ def _counted(texts: list[str]) -> str:
 def run(options: argparse.Namespace) -> int:
     """Run the checks and print the table; gives 0 when all are passed, else 1."""
     control = load(ControlParameters)
-    if not 0.0 < abs(options.thrust) <= control.thrust_limit_n:
-        raise InputError(f"--thrust {options.thrust:g}: allowed: up to {control.thrust_limit_n:g} N, not 0")
+    system = chosen_system(options)
+    if options.mu > system.unit_count:
+        raise InputError(f"--mu {options.mu}: {system.name} has {system.unit_count} units; or give --system NAME|FILE")
+    unit = system.units[options.mu - 1]
+    if options.mass is None:
+        options.mass = unit.mass_kg
+    if not 0.0 < abs(options.thrust) <= unit.thrust_limit_n:
+        raise InputError(f"--thrust {options.thrust:g}: allowed: up to {unit.thrust_limit_n:g} N, not 0")
     rclpy.init(args=[])
     node = DriverCheck(options, control)
     runner = executor.make_executor()
@@ -170,19 +176,20 @@ def run(options: argparse.Namespace) -> int:
 
 def _add_arguments(parser: Parser) -> None:
     add, seconds = parser.add_argument, number(0.0, unit="s", above=True)
-    add("--mu", type=whole_number(1, MOST_UNITS), required=True, metavar="N", help="number of the MU")
+    add("--mu", type=whole_number(1), required=True, metavar="N", help="number of the MU")
+    add_system(parser, required=False)
     add("--wait", type=seconds, default=10.0, metavar="S", help="[s] for the first odometry, default 10")
     add("--duration", type=seconds, default=5.0, metavar="S", help="[s] to watch before the MU is moved, default 5")
     add("--clock", choices=("own", "sim"), default="own", help="sim: give the driver /clock at 20 Hz")
     add("--thrust", type=number(-1e6, 1e6, "N"), default=1.0, metavar="N", help="[N] to push with, default 1")
     add("--push", type=seconds, default=1.0, metavar="S", help="[s] to push along each axis, default 1")
-    add("--mass", type=number(0.0, unit="kg", above=True), default=2.5, metavar="KG", help="of the MU, default 2.5")
+    add("--mass", type=number(0.0, unit="kg", above=True), metavar="KG", help="of the MU; default: as described")
     add("--no-thrust", action="store_true", help="only watch; nothing moves")
 
 
 COMMAND = Subcommand(
     "Check a driver of an MU against the contract, alone, with no mission: this command stands in for the controller, "
     "with --clock sim for the simulator's clock too. It moves the MU: fasten it, or say --no-thrust.",
-    ("--mu 3", "--mu 3 --clock sim --no-thrust"), run, _add_arguments,
+    ("--mu 3", "--mu 3 --system zenit_4mu --clock sim --no-thrust"), run, _add_arguments,
     exit_status="exit status: 0 all checks passed, 1 some failed, 2 bad usage",
 )  # fmt: skip

@@ -18,7 +18,15 @@ if TYPE_CHECKING:
 
 _INTERRUPTED, _TERMINATED = 130, 143
 SEARCH_PATHS = ("PYTHONPATH", "LD_LIBRARY_PATH")
-_PACKAGES = ("tethernet_control", "tethernet_sim", "tethernet_planner", "tethernet_bringup")
+_PACKAGES = (
+    "tethernet_core",
+    "tethernet_ros",
+    "tethernet_control",
+    "tethernet_planner",
+    "tethernet_sim",
+    "tethernet_learning",
+    "tethernet_bringup",
+)
 
 _quiet = False
 _ours: list[str] = []
