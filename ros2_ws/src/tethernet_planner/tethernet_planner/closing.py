@@ -60,7 +60,7 @@ def closing_situation(
     mu_positions: npt.ArrayLike,
     mu_velocities: npt.ArrayLike,
     debris_position: npt.ArrayLike,
-    debris_attitude: rotation.Quaternion,
+    debris_attitude: npt.ArrayLike,
     debris_linear: npt.ArrayLike,
     debris_angular: npt.ArrayLike,
     lost: Iterable[bool] = (False,) * 8,

@@ -96,7 +96,8 @@ def elastic_energy(model: Model, state: State) -> np.ndarray:
         )
         for i in near:
             size = model.numbers.knot_radius if i < model.numbers.knots else model.numbers.mu_radius
-            depth = size - surface(*local[i], model.numbers.debris_radius, model.numbers.debris_half_length)[0]
+            x, y, z = local[i]
+            depth = size - surface(x, y, z, model.numbers.debris_radius, model.numbers.debris_half_length)[0]
             if depth > 0.0:
                 total[b] += 0.5 * model.numbers.contact_stiffness * (depth**2 + np.sum(state.bristle[b, i] ** 2))
     return total

@@ -19,7 +19,8 @@ _pool: ThreadPoolExecutor | None = None
 
 def count() -> int:
     """How many cores a batch is flown on: all there are, unless NUMBA_NUM_THREADS or :func:`use` say otherwise."""
-    return config.NUMBA_NUM_THREADS if _limit is None else _limit
+    found: int = config.NUMBA_NUM_THREADS  # type: ignore[attr-defined]  # numba puts it there when it is imported
+    return found if _limit is None else _limit
 
 
 def told() -> str:

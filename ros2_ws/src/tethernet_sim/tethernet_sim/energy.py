@@ -53,18 +53,20 @@ def audit_mission(scenario: Scenario, settings: Settings | None = None) -> tuple
 class Auditor:
     """Books the energy of one scenario; an observer of :func:`~tethernet_sim.fly.fly`."""
 
-    def __init__(self):
-        self._world: World | None = None
+    def __init__(self) -> None:
+        self._booked: World | None = None
+        self._start = (0.0, 0.0)
         self._ledger = np.zeros(book.TERMS)
 
     def __call__(self, _stamp_ns: int, world: World, _flying: np.ndarray) -> None:
         """Take the world's periods over, at the first control tick."""
-        if self._world is None:
+        if self._booked is None:
             self.attach(world)
 
     def attach(self, world: World) -> None:
         """Book all periods that ``world`` flies from now on; its first scenario is the one that is looked at."""
-        self._world, world.advance = world, self._fly_period
+        self._booked = world
+        world.advance = self._fly_period  # type: ignore[method-assign]  # this one world, for as long as it is booked
         self._start = self._energies()
 
     def balance(self) -> EnergyBalance:
@@ -89,6 +91,12 @@ class Auditor:
                 "joints": float(row[book.JOINTS]),
             },
         )
+
+    @property
+    def _world(self) -> World:
+        if self._booked is None:
+            raise ValueError("nothing has been booked; attach a world first")
+        return self._booked
 
     def _energies(self) -> tuple[float, float]:
         model, state = self._world.model, self._world.state

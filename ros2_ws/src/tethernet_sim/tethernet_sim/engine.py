@@ -107,15 +107,16 @@ class GridEngine(_KernelEngine):
 
     def __init__(self, model: Model):
         """Raises ValueError for a net that is not a grid of equal threads, see :func:`is_uniform_grid`."""
-        if not is_uniform_grid(model):
+        if model.grid is None or not is_uniform_grid(model):
             raise ValueError(
                 "the grid engine flies rectangular nets of at least 2 x 2 nodes, numbered row by row, whose threads "
                 "are all alike; use EdgeListEngine for this net"
             )
         a = model.arrays
         dense_from = int(_DENSE_SHARE * len(a.threads))
+        rows, columns = model.grid
         super().__init__(
-            model, Grid(*model.grid, float(a.rest[0]), float(a.stiffness[0]), float(a.damping[0]), dense_from)
+            model, Grid(rows, columns, float(a.rest[0]), float(a.stiffness[0]), float(a.damping[0]), dense_from)
         )
 
 

@@ -16,9 +16,9 @@ class MuFailure:
         failure: what happens, None: nothing.
         control: gives the watchdog's patience.
         """
-        self._failure = failure
         self.mu = failure.mu - 1 if failure else -1
         """Index of the MU."""
+        self._kind = failure.kind if failure else ""
         self._begin_ns = round(failure.time_s / NANOSECOND_S) if failure else None
         self._watchdog_ns = control.watchdog_periods * control.period_ns
         self._held: np.ndarray | None = None
@@ -29,15 +29,11 @@ class MuFailure:
 
     def mute(self, stamp_ns: int) -> bool:
         """True once the MU gives no odometry any more."""
-        return self.begun(stamp_ns) and self._failure.kind == "no_odometry"
+        return self._kind == "no_odometry" and self.begun(stamp_ns)
 
     def silent(self, stamp_ns: int) -> bool:
         """True once everybody knows, because the MU's odometry is too old."""
-        return (
-            self._failure is not None
-            and self._failure.kind == "no_odometry"
-            and stamp_ns >= self._begin_ns + self._watchdog_ns
-        )
+        return self._kind == "no_odometry" and self.begun(stamp_ns - self._watchdog_ns)
 
     def fired(self, stamp_ns: int, commanded: np.ndarray) -> np.ndarray:
         """Thrust [N], (3,), at a control tick after the failure, of the thrust that is commanded.
@@ -46,6 +42,6 @@ class MuFailure:
         """
         if self._held is None:
             self._held = commanded.copy()
-        if self._failure.kind == "no_thrust" or self.silent(stamp_ns):
+        if self._kind == "no_thrust" or self.silent(stamp_ns):
             return np.zeros(3)
         return self._held

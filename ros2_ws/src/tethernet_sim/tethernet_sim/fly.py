@@ -5,8 +5,10 @@ nodes.
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable, Iterable
+import functools
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass
+from typing import Any
 
 import numpy as np
 
@@ -45,36 +47,32 @@ class Settings:
     mission: MissionParameters
     quality: QualityParameters
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         """Raises:
         ParameterError: for parameters that do not fit together.
         """
         check_together(self.physics, self.mission, self.control)
 
     @classmethod
-    def load(cls, **overrides: dict) -> Settings:
+    def load(cls, **overrides: Mapping[str, Any]) -> Settings:
         """The default parameters, with some values replaced: ``Settings.load(control={"kp": 12.0})``.
 
         Raises:
             ParameterError: for an unknown key, a wrong type or a value out of range.
         """
-        kinds = {
-            "physics": PhysicsParameters,
-            "control": ControlParameters,
-            "mission": MissionParameters,
-            "quality": QualityParameters,
-        }
-        return cls(**{name: load(kind, overrides.get(name)) for name, kind in kinds.items()})
+        return cls(
+            physics=load(PhysicsParameters, overrides.get("physics")),
+            control=load(ControlParameters, overrides.get("control")),
+            mission=load(MissionParameters, overrides.get("mission")),
+            quality=load(QualityParameters, overrides.get("quality")),
+        )
 
     @classmethod
-    def paper(cls, **overrides: dict) -> Settings:
+    def paper(cls, **overrides: Mapping[str, Any]) -> Settings:
         """The paper's control as printed, the baseline; else as :meth:`load`."""
-        printed = {"control": paper(ControlParameters), "mission": paper(MissionParameters)}
+        printed = {"control": asdict(paper(ControlParameters)), "mission": asdict(paper(MissionParameters))}
         return cls.load(
-            **{
-                **overrides,
-                **{name: {**asdict(values), **overrides.get(name, {})} for name, values in printed.items()},
-            }
+            **{**overrides, **{name: {**values, **overrides.get(name, {})} for name, values in printed.items()}}
         )
 
 
@@ -109,20 +107,25 @@ def fly_many(
     """
     scenarios = list(scenarios)
     settings = settings or Settings.load()
-    outcomes: list[Outcome | None] = [None] * len(scenarios)
+    outcomes: dict[int, Outcome] = {}
     done = 0
     for mus in (4, 8):
         indices = [i for i, scenario in enumerate(scenarios) if scenario.mus == mus]
         for begin in range(0, len(indices), CHUNK):
             chunk = indices[begin : begin + CHUNK]
-            look = None if at_trigger is None else lambda world, b, chunk=chunk: at_trigger(chunk[b], world, b)
+            look = None if at_trigger is None else functools.partial(_look_at, at_trigger, chunk)
             flown = _Flight([scenarios[i] for i in chunk], settings).fly(observer, look, stop_at_trigger)
             for i, outcome in zip(chunk, flown, strict=True):
                 outcomes[i] = outcome
             done += len(chunk)
             if progress:
                 progress(done, len(scenarios))
-    return outcomes
+    return [outcomes[i] for i in range(len(scenarios))]
+
+
+def _look_at(at_trigger: AtTrigger, chunk: Sequence[int], world: World, b: int) -> None:
+    """Tell which scenario of the list the one with index ``b`` of a chunk is."""
+    at_trigger(chunk[b], world, b)
 
 
 class _Flight:
@@ -161,7 +164,7 @@ class _Flight:
         self.fuel_at_trigger = np.zeros((batch, mus))
         self.largest_error = np.zeros(batch)
         self.mouth: list[float | None] = [None] * batch
-        self.outcomes: list[Outcome | None] = [None] * batch
+        self.outcomes: dict[int, Outcome] = {}
 
     def fly(
         self,
@@ -178,7 +181,7 @@ class _Flight:
                     at_trigger(self.world, b)
                 if stop_at_trigger:
                     self.outcomes[b] = self._outcome_at_trigger(b, stamp_ns)
-            flying = np.array([b for b in flying if self.outcomes[b] is None], dtype=int)
+            flying = np.array([b for b in flying if int(b) not in self.outcomes], dtype=int)
             if not len(flying):
                 break
             if observer:
@@ -196,7 +199,7 @@ class _Flight:
                 self.fuel,
             )
             stamp_ns += control.period_ns
-        return self.outcomes
+        return [self.outcomes[b] for b in range(len(self.scenarios))]
 
     def _begin_closing(self, flying: np.ndarray, stamp_ns: int) -> list[int]:
         """What happens at the tick at which closing begins, before anything is measured; returns where it begins."""
@@ -282,7 +285,7 @@ class _Flight:
                 rules,
                 control,
                 self.world.state.locked[b],
-                lambda b=b: self._look(b, stamp_ns),
+                functools.partial(self._look, b, stamp_ns),
                 self.ahead[b],
             )
             if self.missions[b].phase.over:

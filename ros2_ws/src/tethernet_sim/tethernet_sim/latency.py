@@ -16,7 +16,7 @@ class LatencyCount:
     counts in the first or the last. It takes as much memory after an hour as after a second.
     """
 
-    def __init__(self):
+    def __init__(self) -> None:
         self.count = 0
         self.longest_s = 0.0
         """Exact [s]."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 from tethernet_core.mission import seconds_between
@@ -65,7 +66,7 @@ class CommandBuffer:
         self.zeroed = 0
         """Ticks flown at zero because the command was too old."""
 
-    def take(self, stamp_ns: int, thrust, now_ns: int) -> bool:
+    def take(self, stamp_ns: int, thrust: Sequence[float], now_ns: int) -> bool:
         """Take a command.
 
         Args:
@@ -81,10 +82,11 @@ class CommandBuffer:
         if self._stamp_ns is not None and stamp_ns < self._stamp_ns:
             return False
         limit = self._control.thrust_limit_n
+        x, y, z = thrust
         if max(map(abs, thrust)) > limit:
             self.clipped += 1
-            thrust = tuple(min(max(value, -limit), limit) for value in thrust)
-        self._thrust, self._stamp_ns = tuple(thrust), stamp_ns
+            x, y, z = (min(max(value, -limit), limit) for value in thrust)
+        self._thrust, self._stamp_ns = (x, y, z), stamp_ns
         return True
 
     def thrust(self, now_ns: int) -> tuple[float, float, float]:

@@ -173,7 +173,7 @@ def build_model(system: System, physics: PhysicsParameters) -> Model:
 def closing_nodes() -> list[int]:
     """The 12 closing nodes of the 4-MU design in their order round the mouth, as knot numbers."""
     last = KNOT_ROWS - 1
-    nodes = []
+    nodes: list[int] = []
     nodes += CLOSING_NODES_PER_SIDE
     nodes += [row * KNOT_ROWS + last for row in CLOSING_NODES_PER_SIDE]
     nodes += [last * KNOT_ROWS + (last - column) for column in CLOSING_NODES_PER_SIDE]
@@ -267,6 +267,6 @@ def build_design(mu_count: int, physics: PhysicsParameters, mission: MissionPara
     return Model(numbers, arrays, (KNOT_ROWS, KNOT_ROWS))
 
 
-def _critical(stiffness: float, mass):
+def _critical(stiffness: float, mass: np.ndarray) -> np.ndarray:
     """Critical damping of a mass on a spring [N s/m]; of each, for an array of masses [kg]."""
     return 2.0 * np.sqrt(stiffness * mass)

@@ -50,7 +50,7 @@ class Scenario:
     failure: Failure | None = None
     """One MU that is lost in flight; None for a healthy swarm."""
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         """Raises:
         ValueError: naming the value and what is allowed.
         """

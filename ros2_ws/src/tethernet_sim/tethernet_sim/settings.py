@@ -122,7 +122,7 @@ class PhysicsParameters:
         unit="rad/s", low=0.1, high=50.0,
     )  # fmt: skip
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         if self.mesh_m != MESH_M:
             raise ParameterError(
                 f"PhysicsParameters.mesh_m = {self.mesh_m:g}: the closing plan and the mouth count on a net of "
@@ -221,7 +221,7 @@ class ScenarioParameters:
         "Numbers of the MUs whose odometry comes from a driver outside the simulator, separated by spaces"
     )
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         if self.mu_count not in DESIGNS:
             raise ParameterError(f"ScenarioParameters.mu_count = {self.mu_count}: no such design; allowed: 4 or 8")
         for name, size in (("debris_position", 3), ("debris_attitude", 4), ("debris_rate", 3)):

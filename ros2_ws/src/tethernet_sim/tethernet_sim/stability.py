@@ -17,6 +17,7 @@ import functools
 import math
 
 import numpy as np
+import numpy.typing as npt
 
 from tethernet_core.layout import DESIGNS
 from tethernet_core.parameters import load
@@ -39,13 +40,15 @@ class Springs:
         self._strengths: list[tuple[np.ndarray, np.ndarray]] = []
         self._held = np.zeros((2, len(masses)))
 
-    def between(self, first, second, stiffness, damping) -> None:
+    def between(
+        self, first: npt.ArrayLike, second: npt.ArrayLike, stiffness: npt.ArrayLike, damping: npt.ArrayLike
+    ) -> None:
         """Add springs between particles: their numbers, N/m and N s/m, each one for all or one for each."""
         first, second = np.asarray(first), np.asarray(second)
         self._ends.append((first, second))
         self._strengths.append((np.broadcast_to(stiffness, first.shape), np.broadcast_to(damping, first.shape)))
 
-    def to_ground(self, stiffness, damping) -> None:
+    def to_ground(self, stiffness: npt.ArrayLike, damping: npt.ArrayLike) -> None:
         """Hold every particle [N/m, N s/m], one for all or one for each."""
         self._held[0] += stiffness
         self._held[1] += damping

@@ -66,10 +66,11 @@ def load_kernels(say: Callable[[str], None]) -> None:
     watch = Watch()
     with event.install_listener("numba:compile", watch):
         scenario = load(ScenarioParameters)
-        debris = (scenario.debris_position, scenario.debris_attitude, scenario.debris_rate)
         world = World(
             scenario.mu_count,
-            *([np.array(values)] for values in debris),
+            np.array([scenario.debris_position]),
+            np.array([scenario.debris_attitude]),
+            np.array([scenario.debris_rate]),
             physics=load(PhysicsParameters),
             mission=load(MissionParameters),
             control=load(ControlParameters),

@@ -212,7 +212,7 @@ def apply_all(net, pos, vel, kick, row_force, column_force):
     for axis in range(3):
         along_row, along_column, speed = row_force[axis], column_force[axis], vel[axis]
         for i in range(np.uint64(padded(nodes))):
-            row, column = i + np.uint64(FIRST_ROW), i + np.uint64(first_column)
+            row, column = i + np.uint64(FIRST_ROW), i + np.uint64(first_column)  # type: ignore[assignment]  # not the row above
             total = along_row[row] - along_row[row - np.uint64(1)]
             total += along_column[column] - along_column[column - np.uint64(columns)]
             speed[i] += kick[i] * total

@@ -32,8 +32,9 @@ def apply(net: Any, work: Any, pos: Any, vel: Any, kick: Any, time_step: float) 
     raise NotImplementedError
 
 
-def _module_of(net: types.Type) -> Any:
-    return _KERNELS.get(net.instance_class) if isinstance(net, types.BaseNamedTuple) else None
+def _module_of(net: Any) -> Any:
+    kind: Any = net  # instance_class is what named tuples have; numba's annotations do not know it
+    return _KERNELS.get(kind.instance_class) if isinstance(net, types.BaseNamedTuple) else None
 
 
 @overload(workspace, jit_options=KERNEL)

@@ -5,7 +5,9 @@ from __future__ import annotations
 import hashlib
 import os
 import sys
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any, TypeVar
 
 import numba
 from numba.core import config
@@ -20,11 +22,11 @@ FAST = {"contract", "nsz", "arcp", "reassoc"}
 def _sources() -> list[Path]:
     """Every file whose text ends up in compiled code."""
     kernels = Path(__file__).parent
-    control, core = Path(tethernet_control.__file__).parent, Path(tethernet_core.__file__).parent
+    control, core = Path(tethernet_control.__path__[0]), Path(tethernet_core.__path__[0])
     return [
         *sorted(kernels.glob("*.py")),
         kernels.parent / "model.py",
-        *(control / n for n in ("law.py", "estimator.py")),
+        *(control / n for n in ("law.py", "law_numbers.py", "estimator.py")),
         core / "rotation.py",
     ]
 
@@ -38,23 +40,26 @@ def _cache_folder() -> Path:
     version = hashlib.sha256()
     for source in _sources():
         version.update(source.read_bytes())
-    version.update(f"{numba.__version__} {config.BOUNDSCHECK}".encode())
+    version.update(f"{numba.__version__} {vars(config)['BOUNDSCHECK']}".encode())
     in_environment = sys.prefix != sys.base_prefix and os.access(sys.prefix, os.W_OK)
     base = Path(sys.prefix) / "share" if in_environment else Path.home() / ".cache"
     return base / "tethernet" / "numba" / version.hexdigest()[:16]
 
 
 if not os.environ.get("NUMBA_CACHE_DIR"):
-    config.CACHE_DIR = str(_cache_folder())
+    config.CACHE_DIR = str(_cache_folder())  # type: ignore[attr-defined]  # numba reads it at each compilation
 
 
-KERNEL = {"fastmath": FAST, "error_model": "numpy", "nogil": True, "forceinline": True}
+Function = TypeVar("Function", bound=Callable[..., Any])
+"""A kernel is called as the function that it was compiled from."""
+
+KERNEL: Any = {"fastmath": FAST, "error_model": "numpy", "nogil": True, "forceinline": True}
 """How a physics kernel is compiled.
 
 It becomes part of each caller. Otherwise a caller has the choice between the function and a copy that was optimised
 again, other in the last digit, and takes the one when it was just compiled and the other when it was loaded.
 """
-INLINED = KERNEL | {"_nrt": False}
+INLINED: Any = KERNEL | {"_nrt": False}
 """How a kernel is compiled that allocates nothing: without counting references to its arrays.
 
 numba counts the references of every array at every call; with some forty arrays in the calls of a step that costs as
@@ -62,26 +67,31 @@ much as the physics. Being part of the caller saves a tenth of a mission beside.
 """
 
 
-def kernel(function):
+def _compiled(function: Function, **options: Any) -> Function:
+    dispatcher: Any = numba.njit(**options)(function)
+    return dispatcher
+
+
+def kernel(function: Function) -> Function:
     """Compile a physics kernel, see KERNEL; cached on disk, because compiling takes longer than a mission."""
-    return numba.njit(cache=True, **KERNEL)(function)
+    return _compiled(function, cache=True, **KERNEL)
 
 
-def inlined(function):
+def inlined(function: Function) -> Function:
     """Compile a kernel that allocates nothing, see INLINED."""
-    return numba.njit(cache=True, **INLINED)(function)
+    return _compiled(function, cache=True, **INLINED)
 
 
-def inlined_once(function):
+def inlined_once(function: Function) -> Function:
     """Make a function part of its one caller before anything is compiled: for the largest, compiled once that way."""
-    return numba.njit(inline="always", fastmath=FAST, error_model="numpy")(function)
+    return _compiled(function, inline="always", fastmath=FAST, error_model="numpy")
 
 
-def entry_point(function):
+def entry_point(function: Function) -> Function:
     """Compile a kernel that only Python calls."""
-    return numba.njit(cache=True, fastmath=FAST, error_model="numpy", nogil=True)(function)
+    return _compiled(function, cache=True, fastmath=FAST, error_model="numpy", nogil=True)
 
 
-def ieee(function):
+def ieee(function: Function) -> Function:
     """Compile with IEEE arithmetic: the same bits as the plain Python function."""
-    return numba.njit(cache=True, error_model="numpy", nogil=True)(function)
+    return _compiled(function, cache=True, error_model="numpy", nogil=True)

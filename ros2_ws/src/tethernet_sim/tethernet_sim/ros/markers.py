@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from geometry_msgs.msg import Point
 from std_msgs.msg import ColorRGBA
@@ -77,7 +79,7 @@ class Markers:
         return self.message
 
 
-def _marker(name: str, kind: int, color, width: float, height: float) -> Marker:
+def _marker(name: str, kind: int, color: Sequence[float], width: float, height: float) -> Marker:
     marker = Marker(ns=name, type=kind, action=Marker.ADD)
     marker.header.frame_id = topics.FRAME
     marker.scale.x, marker.scale.y, marker.scale.z = width, width, height
@@ -85,7 +87,7 @@ def _marker(name: str, kind: int, color, width: float, height: float) -> Marker:
     return marker
 
 
-def _line(name: str, kind: int, color, points: list[Point]) -> Marker:
+def _line(name: str, kind: int, color: Sequence[float], points: list[Point]) -> Marker:
     marker = _marker(name, kind, color, 0.03, 0.0)
     marker.scale.y = 0.0  # a line has but its width, x
     marker.points = points

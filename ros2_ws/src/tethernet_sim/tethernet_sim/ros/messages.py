@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import array
+from collections.abc import Iterable
 
 import numpy as np
-from geometry_msgs.msg import TransformStamped
+from geometry_msgs.msg import Point, Quaternion, TransformStamped, Vector3
 from nav_msgs.msg import Odometry
 from tf2_msgs.msg import TFMessage
 
@@ -21,12 +22,12 @@ UNKNOWN_VARIANCE = 1e6
 """Variance of what is not measured: an MU's attitude [rad^2] and angular rate [rad^2/s^2]."""
 
 
-def set_xyz(target, values) -> None:
+def set_xyz(target: Point | Vector3, values: Iterable[float]) -> None:
     """Write three Python floats into a Point or Vector3."""
     target.x, target.y, target.z = values
 
 
-def set_quaternion(target, values) -> None:
+def set_quaternion(target: Quaternion, values: Iterable[float]) -> None:
     """Write x y z w, Python floats, into a Quaternion."""
     target.x, target.y, target.z, target.w = values
 
@@ -41,7 +42,7 @@ class MuOdometry:
         self.message.pose.covariance[:] = _diagonal(control.position_sigma_m**2, UNKNOWN_VARIANCE)
         self.message.twist.covariance[:] = _diagonal(control.velocity_sigma_m_s**2, UNKNOWN_VARIANCE)
 
-    def fill(self, stamp_ns: int, position, velocity) -> Odometry:
+    def fill(self, stamp_ns: int, position: Iterable[float], velocity: Iterable[float]) -> Odometry:
         """The message for a measured position [m] and velocity [m/s]; the child's axes are those of frame launch."""
         set_stamp(self.message.header.stamp, stamp_ns)
         set_xyz(self.message.pose.pose.position, position)
@@ -77,7 +78,7 @@ class BodyOdometry:
 class NetStateMessage:
     """The whole net."""
 
-    def __init__(self):
+    def __init__(self) -> None:
         self.message = NetState(rows=KNOT_ROWS, columns=KNOT_ROWS, center_of_mass_all_valid=True)
         self.message.header.frame_id = topics.FRAME
 
@@ -122,5 +123,5 @@ def _diagonal(linear: float, angular: float) -> np.ndarray:
     return np.diag([linear] * 3 + [angular] * 3).ravel()
 
 
-def _floats(values: np.ndarray) -> array.array:
+def _floats(values: np.ndarray) -> array.array[float]:
     return array.array("f", values.tobytes())

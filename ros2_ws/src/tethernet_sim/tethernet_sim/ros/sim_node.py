@@ -60,18 +60,13 @@ class SimNode(Node):
 
     PARAMETERS = (SimNodeParameters, ScenarioParameters, ControlParameters, MissionParameters, PhysicsParameters)
 
-    def __init__(self):
+    def __init__(self) -> None:
         super().__init__("sim", **NODE_OPTIONS)
         self.p, self.scenario, self.control, mission, physics = declare(self, *self.PARAMETERS)
         mus = self.scenario.mu_count
         self.mus = range(1, mus + 1)
-        self.world = World(
-            mus,
-            *([values] for values in self._initial_debris()),
-            physics=physics,
-            mission=mission,
-            control=self.control,
-        )
+        position, attitude, rate = (values[None] for values in self._initial_debris())
+        self.world = World(mus, position, attitude, rate, physics, mission, self.control)
         self.external = set(self.scenario.external)
         for mu in self.external:
             self.world.external[0, mu - 1] = True
@@ -129,7 +124,7 @@ class SimNode(Node):
         """Since the first tick [ns]."""
         return self.stamp_ns - self._first_ns
 
-    def _initial_debris(self):
+    def _initial_debris(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         s = self.scenario
         return np.array(s.debris_position), np.array(s.debris_attitude), np.array(s.debris_rate)
 
