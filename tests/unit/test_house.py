@@ -9,6 +9,7 @@ from __future__ import annotations
 import ast
 import functools
 import json
+import re
 import subprocess
 import sys
 from collections.abc import Iterable, Iterator, Mapping
@@ -207,3 +208,22 @@ def test_files_are_short():
     lines = {str(path.relative_to(ROOT)): path.read_text().count("\n") for path in files}
     assert {name: count for name, count in lines.items() if count > MOST_LINES and name not in LONGER} == {}
     assert {name for name in LONGER if lines.get(name, 0) <= MOST_LINES} == set(), "needs no reason any more"
+
+
+STARTED = re.compile(r"-m[\s\"',]+(tethernet_\w+(?:\.\w+)*)")
+
+
+def test_what_is_named_to_be_started_can_be_started():
+    """Documents, scripts and the sources themselves name no module after ``-m`` that is no program (any more)."""
+    listed = subprocess.run(["git", "ls-files", "-z"], cwd=ROOT, capture_output=True, text=True, check=False)
+    if listed.returncode:
+        pytest.skip("these sources are not in a git repository")
+    wrong = set()
+    for name in filter(None, listed.stdout.split("\0")):
+        path = ROOT / name
+        if path.suffix in (".py", ".md", ".yaml", ".toml", ".Dockerfile", "") and path.is_file():
+            for module in STARTED.findall(path.read_text(errors="replace")):
+                main = modules().get(f"{module}.__main__") or modules().get(module)
+                if main is None or (main.name != "__main__.py" and '__name__ == "__main__"' not in main.read_text()):
+                    wrong.add((name, module))
+    assert wrong == set()
