@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import json
+import re
 import shlex
 import subprocess
 import sys
 
 import pytest
 
+from bootstrap.places import ROOT
 from tests.command import COMMAND, SCRIPT, tethernet
 from tethernet_bringup.cli import tree
 from tethernet_core.errors import FaultError, InputError
@@ -214,3 +216,26 @@ def test_one_mission_is_flown_printed_and_written(capsys, tmp_path):
     assert content["scenario"]["failure"] == {"mu": 2, "kind": "no_thrust", "time_s": 0.5}
     assert content["outcome"]["captured"] is False
     assert f"{sum(content['outcome']['fuel_kg']):.4f} kg in all" in out
+
+
+def commands_in_the_documentation() -> list[str]:
+    """Every line of a code block, and every text in code marks, that gives the command."""
+    files = [*ROOT.glob("*.md"), *ROOT.glob("*/README.md"), *ROOT.glob("ros2_ws/src/**/README.md")]
+    found = set()
+    for file in files:
+        text = file.read_text().replace("\\\n", " ")
+        for block in re.findall(r"```\w*\n(.*?)```", text, re.DOTALL):
+            found |= set(re.findall(r"^(?:\$ )?(?:\.venv/bin/)?(tethernet .*?)(?: +#.*)?$", block, re.MULTILINE))
+        found |= set(re.findall(r"`(?:\.venv/bin/)?(tethernet [^`]+)`", text))
+    return sorted(found)
+
+
+def test_the_documentation_gives_many_commands():
+    assert len(commands_in_the_documentation()) > 20
+
+
+@pytest.mark.parametrize("line", commands_in_the_documentation())
+def test_commands_in_the_documentation_can_be_given(line):
+    node, program, words = tree.find(shlex.split(line.replace("[", "").replace("]", ""))[1:])
+    if isinstance(node, tree.Leaf) and words:
+        node.load().parser(program).parse_args(words)
