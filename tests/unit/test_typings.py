@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib
+import re
 import typing
 
 import pytest
@@ -44,6 +45,16 @@ def test_packages_say_that_they_have_types(package):
     folder = ROOT / "ros2_ws" / "src" / package
     assert (folder / package / "py.typed").exists()
     assert '"py.typed"' in (folder / "setup.py").read_text(), "installed too"
+
+
+def test_whatever_the_type_checker_is_told_to_ignore_has_its_reason_beside_it():
+    folders = [ROOT / name for name in ("ros2_ws/src", "bootstrap", "benchmarks", "examples", "typings")]
+    wrong = []
+    for path in (path for folder in folders for path in folder.rglob("*.py")):
+        for number, line in enumerate(path.read_text().splitlines(), start=1):
+            if "# type: ignore" in line and not re.search(r"# type: ignore\[[a-z, -]+\]  # \w", line):
+                wrong.append(f"{path.relative_to(ROOT)}:{number}: {line.strip()}")
+    assert wrong == []
 
 
 def test_numbers_read_and_write_as_rosidl_stores_them():

@@ -38,7 +38,9 @@ class Parser(argparse.ArgumentParser):
     def error(self, message: str) -> NoReturn:
         super().error(shown(message))
 
-    def parse_args(self, args: Sequence[str], namespace: Any = None) -> argparse.Namespace:  # type: ignore[override]
+    def parse_args(  # type: ignore[override]  # the words must be given: this process' own are nobody's business
+        self, args: Sequence[str], namespace: Any = None
+    ) -> argparse.Namespace:
         """Read words.
 
         Raises:

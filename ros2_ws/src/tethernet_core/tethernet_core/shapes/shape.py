@@ -80,6 +80,7 @@ class Shape(abc.ABC):
     :attr:`numbers` ``p``. It is written with :mod:`.arithmetic`, serves arrays here, and is compiled by the simulator.
     """
 
+    __dataclass_fields__: ClassVar[dict[str, dataclasses.Field[Any]]]
     kind: ClassVar[str]
     """The word for it in a description."""
     axisymmetric: ClassVar[bool] = False
@@ -91,7 +92,7 @@ class Shape(abc.ABC):
         Raises:
             ShapeError: naming the field.
         """
-        for field in dataclasses.fields(self):  # type: ignore[arg-type]
+        for field in dataclasses.fields(self):
             meta = field.metadata
             if "count" not in meta:
                 continue
@@ -114,7 +115,7 @@ class Shape(abc.ABC):
             ShapeError: naming the entry and what is allowed.
         """
         del folder
-        fields = {f.name: f for f in dataclasses.fields(cls) if f.init}  # type: ignore[arg-type]
+        fields = {f.name: f for f in dataclasses.fields(cls) if f.init}
         unknown_entries(entries, fields, cls.kind)
         missing = [name for name, field in fields.items() if name not in entries and not _has_default(field)]
         if missing:
@@ -123,7 +124,7 @@ class Shape(abc.ABC):
 
     def entries(self) -> dict[str, Any]:
         """The description that makes this shape, with its kind."""
-        values = {f.name: getattr(self, f.name) for f in dataclasses.fields(self) if f.init}  # type: ignore[arg-type]
+        values = {f.name: getattr(self, f.name) for f in dataclasses.fields(self) if f.init}
         return {"kind": self.kind} | {k: list(v) if isinstance(v, tuple) else v for k, v in values.items()}
 
     @property

@@ -9,12 +9,15 @@ import functools
 import math
 import typing
 from collections.abc import Mapping
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from ..near_match import near_match
 from .errors import Findings, Place
 
-T = TypeVar("T")
+if TYPE_CHECKING:
+    from _typeshed import DataclassInstance
+
+T = TypeVar("T", bound="DataclassInstance")
 
 
 def entry(
@@ -111,8 +114,8 @@ def read_section(cls: type[T], content: Any, place: Place) -> T:
     Raises:
         DescriptionError: for an unknown or missing entry, a wrong type, a value out of range.
     """
-    kinds = entry_kinds(typing.cast(type, cls))
-    fields = {field.name: field for field in dataclasses.fields(cls)}  # type: ignore[arg-type]
+    kinds = entry_kinds(cls)
+    fields = {field.name: field for field in dataclasses.fields(cls)}
     found = Findings()
     with found.collected():
         check_keys(content, kinds, place)
