@@ -1,4 +1,4 @@
-"""``tethernet systems``: what is shipped, what a description comes to, whether it can be flown, how it looks."""
+"""``tethernet systems``: what is shipped, what a description comes to, what is wrong with it, how it looks."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ def show(options: argparse.Namespace) -> None:
 
 
 def check(options: argparse.Namespace) -> int:
-    """Whether descriptions can be flown: every error on a line of its own."""
+    """What is wrong with descriptions: every mistake on a line of its own."""
     from tethernet_core.system import DescriptionError, check_system
 
     status = 0
@@ -60,7 +60,7 @@ def check(options: argparse.Namespace) -> int:
             print("\n".join(error.sentences))
             status = 1
         else:
-            print(f"{name}: can be flown; {system.unit_count} units, {system.net.node_count} nodes, {system.digest}")
+            print(f"{name}: no mistakes; {system.unit_count} units, {system.net.node_count} nodes, {system.digest}")
     return status
 
 
@@ -101,9 +101,9 @@ SHOW = Subcommand(
     ("zenit_8mu", "zenit_4mu --yaml"), show, _add_shown,
 )  # fmt: skip
 CHECK = Subcommand(
-    "Check descriptions, and print every error with the entry that it is in and what is allowed there.",
+    "Check descriptions, and print every mistake with the entry that it is in and what is allowed there.",
     ("zenit_8mu", "mine.yaml theirs.yaml"), check, _add_checked,
-    exit_status="exit status: 0 all can be flown, 1 some cannot, 2 bad usage",
+    exit_status="exit status: 0 no mistakes, 1 some, 2 bad usage, 130 interrupted",
 )  # fmt: skip
 DRAW = Subcommand(
     "Draw net, units, closing ring, aiming points and debris to scale, from the front, from the side and from above.",

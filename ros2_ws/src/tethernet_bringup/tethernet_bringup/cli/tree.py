@@ -107,7 +107,7 @@ TREE = Group(
             {
                 "list": Leaf("the shipped ones, a line each", "tethernet_bringup.cli.systems", "LIST"),
                 "show": Leaf("what a description comes to", "tethernet_bringup.cli.systems", "SHOW"),
-                "check": Leaf("whether a description can be flown", "tethernet_bringup.cli.systems", "CHECK"),
+                "check": Leaf("all mistakes of a description", "tethernet_bringup.cli.systems", "CHECK"),
                 "draw": Leaf("a picture of net, units and debris", "tethernet_bringup.cli.systems", "DRAW"),
             },
         ),
