@@ -115,6 +115,14 @@ def test_who_does_not_end_is_killed_in_time(crew, tmp_path):
     assert crew.stop() == []
 
 
+def test_after_its_end_no_node_is_started(crew):
+    """Its pipe is closed: a node would read the terminal instead, and never learn that the supervisor is gone."""
+    crew.stop()
+    with pytest.raises(RuntimeError, match="sim cannot be started: this supervisor has stopped; make another one"):
+        crew.start(NodeProcess("sim", "polite"))
+    assert not crew.pids
+
+
 def test_the_shipped_patience_ends_everything_within_six_seconds():
     p = load(SupervisorParameters)
     worst = p.abort_timeout_s + p.interrupt_patience_s + p.recorder_patience_s
