@@ -8,7 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from tethernet_control.law_numbers import law_numbers
-from tethernet_core.layout import nominal_aiming_points
+from tethernet_core.aiming import nominal_aiming_points
+from tethernet_core.system import load_system
 from tethernet_sim.fly import Settings
 from tethernet_sim.kernels import control as control_kernels
 from tethernet_sim.world import World
@@ -49,27 +50,30 @@ def fly_engine(mu_count: int = 8, duration_s: float = DURATION_S, time_step_s: f
         duration_s: a multiple of the control period [s].
         time_step_s: of the integration [s]; None for the one that missions are flown with.
     """
-    settings = Settings.paper(physics={} if time_step_s is None else {"time_step_s": time_step_s})
+    system = load_system(f"zenit_{mu_count}mu")
+    units = system.units
+    settings = Settings.paper(system, physics={} if time_step_s is None else {"time_step_s": time_step_s})
     control = settings.control
     world = World(
-        mu_count,
+        system,
         np.array([DEBRIS]),
         np.array([IDENTITY]),
         np.zeros((1, 3)),
         settings.physics,
-        settings.mission,
         control,
     )
-    aim = np.array([nominal_aiming_points(mu_count, DEBRIS)])
+    aim = np.array([nominal_aiming_points(system, DEBRIS)])
     start = world.state.mu_pos.copy()
     integral, carry, thrust = np.zeros_like(start), np.zeros_like(start), np.zeros_like(start)
     state, covariance = np.zeros((1, mu_count, 9)), np.zeros((1, mu_count, 6))
     alone, one, largest_error = np.arange(1), np.ones(1), np.zeros(1)
     never, on = np.full(1, -1.0), np.zeros((1, mu_count), bool)  # closing never begins, the thrusters stay on
     mu_pos, net_center, cpu_s, contacts = [], [], 0.0, 0
+    law, mass = law_numbers(control, units[0]), np.array([unit.mass_kg for unit in units])
+    limit = np.array([unit.thrust_limit_n for unit in units])
     for tick in range(round(duration_s / control.control_period_s)):
         control_kernels.command(
-            law_numbers(control), alone, world.state.mu_pos, world.state.mu_vel, tick * control.control_period_s, never,
+            law, mass, limit, alone, world.state.mu_pos, world.state.mu_vel, tick * control.control_period_s, never,
             one, control.control_period_s, on, start, aim, aim, state, covariance, integral, carry, thrust,
             largest_error,
         )  # fmt: skip

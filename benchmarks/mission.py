@@ -85,8 +85,8 @@ def main(argv: list[str] | None = None) -> int:
     shortest = Settings.load(mission=CAPTURE_AT_ONCE)
     costs: dict[int, list[Cost]] = {}
     for mus in (8, 4):
-        fly(Scenario(mus=mus), shortest)  # compiles or loads
-        costs[mus] = [fly_once(Scenario(mus=mus, seed=seed), settings) for seed in range(1, missions + 1)]
+        fly(Scenario(f"zenit_{mus}mu"), shortest)  # compiles or loads
+        costs[mus] = [fly_once(Scenario(f"zenit_{mus}mu", seed=seed), settings) for seed in range(1, missions + 1)]
         whole, deployment, capture = (
             statistics.median(getattr(cost, part) for cost in costs[mus]) for part in ("whole", "deployment", "capture")
         )
@@ -95,7 +95,7 @@ def main(argv: list[str] | None = None) -> int:
             f"median of {missions}",
             flush=True,
         )
-    scenarios = [Scenario(mus=8, seed=seed) for seed in range(1, batch + 1)]
+    scenarios = [Scenario("zenit_8mu", seed=seed) for seed in range(1, batch + 1)]
     alone = fly_batch(scenarios, settings, 1)
     together = fly_batch(scenarios, settings, threads)
     speed_up = alone.wall / together.wall

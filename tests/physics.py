@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from tethernet_core.system import load_system
 from tethernet_sim import audit, stability
 from tethernet_sim.fly import Settings
 from tethernet_sim.world import World
@@ -12,31 +13,33 @@ DIAGONAL = (-0.5, 0.5, 0.0, np.sqrt(0.5))
 """Attitude with the cylinder's axis along the net's diagonal."""
 
 
-def make_world(mus: int = 8, debris=(0.0, 0.0, -50.0), attitude=DIAGONAL, rate=(0.0, 0.0, 0.0), **physics) -> World:
-    """A world of one scenario, with some physical parameters replaced."""
-    settings = Settings.load(physics=physics)
+def make_world(
+    mus: int = 8, debris=(0.0, 0.0, -50.0), attitude=DIAGONAL, rate=(0.0, 0.0, 0.0), hardware=None, **physics
+) -> World:
+    """A world of one scenario, with some entries of the system and some physical parameters replaced."""
+    system = load_system(f"zenit_{mus}mu", hardware or {})
+    settings = Settings.load(system, physics=physics)
     return World(
-        mus,
+        system,
         np.array([debris], float),
         np.array([attitude], float),
         np.array([rate], float),
         settings.physics,
-        settings.mission,
         settings.control,
     )
 
 
 def diverging(monkeypatch) -> Settings:
     """Settings with threads so stiff that the integration diverges, which is refused otherwise."""
-    monkeypatch.setattr(stability, "largest_step_of", lambda physics: np.inf)
-    return Settings.load(physics={"thread_modulus_pa": 1e12})
+    monkeypatch.setattr(stability, "largest_step_of", lambda system, physics: np.inf)
+    return Settings.load(physics={"joint_stiffness_n_m": 2e4, "contact_stiffness_n_m": 1e5, "time_step_s": 1e-3})
 
 
-def flying_net(mus: int, closing: bool, seed: int = 0, **physics) -> World:
+def flying_net(mus: int, closing: bool, seed: int = 0, hardware=None, **physics) -> World:
     """A flat, shaken net that flies at a rotating debris 3 m away, the chaser drifting and turning: everything
     moves.
     """
-    world = make_world(mus, debris=(0.3, -0.2, -50.0), rate=(0.05, 0.02, 0.1), **physics)
+    world = make_world(mus, debris=(0.3, -0.2, -50.0), rate=(0.05, 0.02, 0.1), hardware=hardware, **physics)
     state = world.state
     random = np.random.default_rng(seed)
     state.knot_pos[0, :2] /= world.physics.fold_factor * 1.02

@@ -20,7 +20,8 @@ from tethernet_bringup.bags.metadata import BagTopic, as_texts, qos_profiles
 from tethernet_bringup.bags.writer import BagWriter
 from tethernet_bringup.recorder.recorded_topics import mission_topics
 from tethernet_bringup.recorder.timeline import StampReader
-from tethernet_core.layout import design, nominal_aiming_points
+from tethernet_core.aiming import nominal_aiming_points
+from tethernet_core.layout import design, system_of
 from tethernet_msgs.msg import CaptureAssessment, MissionState, MuStatus
 
 PERIOD_NS = 50_000_000
@@ -48,7 +49,7 @@ RUN_INFO = {
 
 def desired(mu: int, time_s: float, mus: int = 8) -> np.ndarray:
     """Where an MU should be, x y z [m]."""
-    aim = np.array(nominal_aiming_points(mus, DEBRIS)[mu - 1])
+    aim = np.array(nominal_aiming_points(system_of(mus), DEBRIS)[mu - 1])
     if time_s >= TRIGGER_S and mus == 8:
         start, goal = desired(mu, TRIGGER_S - 1e-9), DEBRIS - [0.0, 0.0, 3.5]
         return start + (goal - start) * min((time_s - TRIGGER_S) / 8.0, 1.0)
@@ -270,7 +271,7 @@ def _status(new, mu, mus, tick, stamp, time_s):
         saturated=(tick + 1) // 10,
     )
     _head(message, stamp)
-    _xyz(message.aiming_point, nominal_aiming_points(mus, DEBRIS)[mu - 1])
+    _xyz(message.aiming_point, nominal_aiming_points(system_of(mus), DEBRIS)[mu - 1])
     _xyz(message.desired_position, desired(mu, time_s, mus))
     return message
 

@@ -186,13 +186,13 @@ def _no_hangup(run: Run, _generator: random.Random) -> None:
 
 def _random_parameters(run: Run, generator: random.Random) -> None:
     choices = {
-        "thread_modulus_pa": (1e9, 3e10, 1.4e11, 1e12),
-        "thread_damping_ratio": (0.0, 0.05, 0.3, 0.5),
+        "contact_stiffness_n_m": (1e2, 1e3, 5e4, 1e5),
+        "contact_damping_ratio": (0.0, 0.05, 0.3, 0.5),
         "friction": (0.0, 0.6),
         "give_up_s": (5.0, 26.0),
         "capture_duration_s": (1.0, 5.0),
         "trigger_distance_m": (1.0, 4.0),
-        "winch_stiffness_n_m": (50.0, 2000.0),
+        "joint_stiffness_n_m": (500.0, 2000.0),
         "fold_factor": (0.02, 0.1),
         "launch_delay_s": (0.0, 2.0),
     }

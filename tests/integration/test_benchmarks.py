@@ -56,7 +56,7 @@ def test_mission():
 
 def test_the_mission_benchmark_counts_what_is_flown():
     """A capture ten times as long costs more after the trigger, and it costs CPU time, not waiting."""
-    scenario = Scenario(mus=4)
+    scenario = Scenario("zenit_4mu")
     short, long = (
         Settings.load(mission={**mission.CAPTURE_AT_ONCE, "capture_duration_s": seconds}) for seconds in (1.0, 10.0)
     )

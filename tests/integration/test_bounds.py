@@ -24,7 +24,7 @@ try:
 except IndexError:
     pass
 for mus in (4, 8):
-    assert fly(Scenario(mus=mus, debris_rate=(0.02, 0.03, 0.0))).captured
+    assert fly(Scenario(f"zenit_{mus}mu", debris_rate=(0.02, 0.03, 0.0))).captured
 """
 
 

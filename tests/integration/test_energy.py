@@ -5,15 +5,14 @@ from __future__ import annotations
 import pytest
 
 from tests.physics import coast, flying_net
-from tethernet_core.parameters import load
+from tethernet_core.system import load_system
 from tethernet_sim.energy import Auditor, audit_mission
 from tethernet_sim.scenario import Scenario
-from tethernet_sim.settings import PhysicsParameters
 
 
 @pytest.mark.parametrize("mus", [4, 8])
 def test_the_energy_of_a_whole_mission_balances(mus):
-    outcome, balance = audit_mission(Scenario(mus=mus))
+    outcome, balance = audit_mission(Scenario(f"zenit_{mus}mu"))
     assert outcome.captured, "to the end of the capture"
     assert balance.work == pytest.approx(balance.gained, abs=1e-7 * balance.all_in), "the kernels follow the laws"
     assert abs(balance.residual) < 0.02 * balance.all_in
@@ -25,9 +24,8 @@ def test_the_energy_of_a_whole_mission_balances(mus):
 
 
 def test_docking_puts_in_no_more_than_its_motors_can():
-    _, balance = audit_mission(Scenario(mus=8))
-    physics = load(PhysicsParameters)
-    assert 0.0 < balance.put_in["docking motors"] <= 8 * 0.5 * physics.joint_pull_n
+    _, balance = audit_mission(Scenario("zenit_8mu"))
+    assert 0.0 < balance.put_in["docking motors"] <= 8 * 0.5 * load_system("zenit_8mu").closing.pull_n
 
 
 @pytest.mark.parametrize("mus", [4, 8])

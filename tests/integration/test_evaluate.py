@@ -28,7 +28,7 @@ def test_one_seed_gives_one_list_within_the_papers_bounds():
 def test_a_mission_in_error_is_counted_not_dropped(monkeypatch):
     cases = random_positions(4, 2, 1, RULES)
     settings = diverging(monkeypatch)
-    result = records(cases, fly_cases(cases, settings), settings.quality)
+    result = records(cases, fly_cases(cases, settings), cases[0].scenario.system)
     assert result["errors"] == 2
     assert result["success_rate"] == 0.0
     assert result["fuel_per_mu_kg"] is None
@@ -39,15 +39,15 @@ def test_a_policy_that_fails_at_one_scenario_costs_that_one_only(monkeypatch):
     cases = random_positions(8, 2, 1, RULES)
     refused = cases[0].scenario.debris_position
 
-    def picky(mus, position):
+    def picky(system, position):
         if position == refused:
             raise RuntimeError("not there")
-        return policies.nominal_aiming_points(mus, position)
+        return policies.nominal_aiming_points(system, position)
 
     monkeypatch.setitem(policies._FACTORIES, "picky", lambda: picky)
     aimed = aim(cases, "picky")
     settings = Settings.load(mission={"trigger_distance_m": 50.0})
-    result = records(aimed, fly_cases(aimed, settings), settings.quality)
+    result = records(aimed, fly_cases(aimed, settings), aimed[0].scenario.system)
     assert result["errors"] == 1
     first, second = (record["outcome"] for record in result["scenarios"])
     assert "not there" in first["error"]

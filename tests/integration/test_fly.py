@@ -10,10 +10,12 @@ import pytest
 from tests.physics import diverging
 from tethernet_control import law
 from tethernet_control.controller import MuController
-from tethernet_core.layout import design
 from tethernet_core.mission import Mission, arm, launch
+from tethernet_core.system import load_system
 from tethernet_planner import closing
-from tethernet_planner.closing import closing_situation, off_course
+from tethernet_planner.closing_situation import closing_situation, off_course
+from tethernet_planner.docking_groups import most_parts
+from tethernet_planner.meeting_places import MeetingPlaces
 from tethernet_planner.mission_rules import advance
 from tethernet_planner.plan_ahead import PlanAhead
 from tethernet_sim.fly import Settings, fly, fly_many
@@ -29,7 +31,8 @@ OFF_CENTRE = (8.9, 6.2, -44.0)
 @pytest.fixture(scope="module")
 def outcomes():
     """Nominal missions at the default place and at the paper's example, both designs."""
-    scenarios = [Scenario(mus=mus, debris_position=at) for mus in (8, 4) for at in ((0.0, 0.0, -50.0), OFF_CENTRE)]
+    systems, places = ("zenit_8mu", "zenit_4mu"), ((0.0, 0.0, -50.0), OFF_CENTRE)
+    scenarios = [Scenario(system, debris_position=at) for system in systems for at in places]
     return dict(zip(((8, 0), (8, 1), (4, 0), (4, 1)), fly_many(scenarios), strict=True))
 
 
@@ -67,7 +70,8 @@ def test_deployment_is_the_papers(outcomes):
 
 @pytest.mark.parametrize("mus", [4, 8])
 def test_a_batch_gives_the_same_bits_as_single_flights(mus):
-    scenarios = [Scenario(mus=mus, seed=seed, debris_position=(seed - 2.0, 1.0, -42.0 - seed)) for seed in range(4)]
+    system = f"zenit_{mus}mu"
+    scenarios = [Scenario(system, seed=seed, debris_position=(seed - 2.0, 1.0, -42.0 - seed)) for seed in range(4)]
     assert fly_many(scenarios) == [fly(scenario) for scenario in scenarios]
 
 
@@ -82,8 +86,9 @@ def test_the_controllers_class_gives_the_same_bits_as_the_compiled_batch():
     settings = Settings.load()
     scenario = Scenario(seed=5, debris_position=(3.0, -2.0, -45.0))
     noise = OdometryNoise(scenario.seed, 8, settings.control)
-    controllers = [MuController(mu, settings.control) for mu in range(1, 9)]
-    mission, ahead = launch(arm(Mission(8), scenario.debris_position, "nominal"), 0), PlanAhead(settings.mission)
+    controllers = [MuController(mu, settings.control, unit) for mu, unit in enumerate(scenario.system.units, start=1)]
+    mission = launch(arm(Mission(8), scenario.debris_position, "nominal"), 0)
+    ahead = PlanAhead(scenario.system, settings.mission)
     for controller, point in zip(controllers, scenario.aiming_points(), strict=True):
         controller.take_mission(mission)
         controller.aim(point, "nominal")
@@ -96,12 +101,12 @@ def test_the_controllers_class_gives_the_same_bits_as_the_compiled_batch():
             controller.on_odometry(stamp_ns, position.tolist(), velocity.tolist())
 
         def look():
-            lost = off_course(positions, scenario.aiming_points(), settings.mission)
+            lost = off_course(positions, scenario.aiming_points(), scenario.system, settings.mission)
             return closing_situation(positions, velocities, *world.body_motion(0, DEBRIS), lost)
 
         mission = advance(
-            mission, stamp_ns, world.net_center(0), world.debris_position(0), settings.mission, settings.control,
-            world.state.locked[0], look, ahead,
+            mission, scenario.system, stamp_ns, world.net_center(0), world.debris_position(0), settings.mission,
+            settings.control, world.state.locked[0], look, ahead,
         )  # fmt: skip
         for controller in controllers:
             controller.take_mission(mission)
@@ -116,7 +121,7 @@ def test_the_trigger_leaves_nothing_to_plan(monkeypatch):
     """However the debris tumbles: at most one part of a plan at any tick, none at the trigger."""
     done: dict[int, int] = {}
     now = 0
-    best = closing._Places.best
+    best = MeetingPlaces.best
 
     def counted(places, group):
         done[now] = done.get(now, 0) + 1
@@ -126,10 +131,10 @@ def test_the_trigger_leaves_nothing_to_plan(monkeypatch):
         nonlocal now
         now = stamp_ns
 
-    monkeypatch.setattr(closing._Places, "best", counted)
+    monkeypatch.setattr(MeetingPlaces, "best", counted)
     outcome = fly(Scenario(debris_rate=(0.087, 0.0, 0.0)), observer=observe)
     trigger_ns = round(outcome.trigger_time_s * 1e9) - Settings.load().control.period_ns
-    assert sum(done.values()) >= closing.MOST_PARTS
+    assert sum(done.values()) >= most_parts(Scenario().system)
     assert max(done.values()) == 1
     assert 0 < trigger_ns - min(done) <= 1_100_000_000
     assert max(done) < trigger_ns
@@ -142,11 +147,11 @@ def test_the_closing_is_planned_from_odometry(monkeypatch):
     monkeypatch.setattr(
         closing,
         "planning",
-        lambda closing_situation, rules: seen.append(closing_situation) or planning(closing_situation, rules),
+        lambda situation, *rest: seen.append(situation) or planning(situation, *rest),
     )
     for sigma in (0.0, 0.3):
         fly(Scenario(), Settings.load(control={"position_sigma_m": sigma}, mission={"capture_duration_s": 1.0}))
-    exact, noisy = (closing_situation.mu_positions for closing_situation in seen)
+    exact, noisy = (situation.mu_positions for situation in seen)
     assert 0.1 < np.abs(noisy - exact).mean() < 0.6
 
 
@@ -157,8 +162,8 @@ def test_fuel_against_its_closed_form():
     silent = fly(Scenario(), Settings.paper(control={"kp": 0.0, "ki": 0.0, "kd": 0.0}, mission={"give_up_s": 1.0}))
     assert silent.fuel_kg == (0.0,) * 8
     full = fly(
-        Scenario(),
-        Settings.paper(control={"kp": 1e4, "ki": 0.0, "kd": 0.0, "thrust_limit_n": 0.01}, mission={"give_up_s": 2.0}),
+        Scenario(load_system("zenit_8mu", {"unit.thrust_limit_n": 0.01})),
+        Settings.paper(control={"kp": 1e4, "ki": 0.0, "kd": 0.0}, mission={"give_up_s": 2.0}),
     )
     closed_form = np.sqrt(3.0) * 0.01 * full.end_time_s / (9.81 * 60.0)
     # Start points are measured ones: the very first error is exactly zero, one control period goes without thrust.
@@ -193,7 +198,7 @@ def test_aiming_offsets_and_tumbling_change_the_flight():
 @pytest.mark.parametrize(
     ("changes", "word"),
     [
-        ({"mus": 5}, "4 or 8"),
+        ({"system": "zenit_5mu"}, "no system 'zenit_5mu'.*zenit_4mu"),
         ({"debris_position": (0.0, 0.0)}, "debris_position"),
         ({"debris_position": (float("nan"), 0.0, -50.0)}, "debris_position"),
         ({"debris_attitude": (0.0, 0.0, 0.0, 0.5)}, "unit quaternion"),
@@ -207,7 +212,8 @@ def test_bad_scenarios_are_refused(changes, word):
 
 
 def test_the_default_scenario_is_the_parameter_files():
-    assert {f.name for f in dataclasses.fields(ScenarioParameters)} >= {"mu_count", "debris_position", "seed"}
+    assert {f.name for f in dataclasses.fields(ScenarioParameters)} >= {"system", "debris_position", "seed"}
+    assert Scenario().system is load_system("zenit_8mu")
     assert Scenario().mus == 8
     assert Scenario().debris_position == (0.0, 0.0, -50.0)
 
@@ -227,8 +233,8 @@ def test_our_control_needs_less_than_half_of_the_baselines_fuel(mus):
     """Mean fuel per MU over the whole mission, under the paper's noise: against the paper's control as printed, and
     against the paper's own figures.
     """
-    scenarios = [Scenario(mus=mus, seed=seed) for seed in range(4)]
-    ours, baseline = fly_many(scenarios), fly_many(scenarios, Settings.paper())
+    scenarios = [Scenario(f"zenit_{mus}mu", seed=seed) for seed in range(4)]
+    ours, baseline = fly_many(scenarios), fly_many(scenarios, Settings.paper(scenarios[0].system))
     assert all(outcome.captured for outcome in ours), [outcome.verdict for outcome in ours]
     mean = {name: np.mean([o.fuel_kg for o in flown]) for name, flown in (("ours", ours), ("baseline", baseline))}
     assert mean["ours"] < 0.5 * mean["baseline"]
@@ -237,8 +243,8 @@ def test_our_control_needs_less_than_half_of_the_baselines_fuel(mus):
 
 def test_a_narrow_mouth_comes_late_and_saves_fuel_if_the_reference_follows_through():
     def narrow(width):
-        offsets = tuple(((width - 1.0) * np.array(place)).tolist() for place in design(4).nominal_offsets)
-        return [Scenario(mus=4, seed=seed, aiming_offsets=offsets) for seed in range(2)]
+        offsets = tuple(((width - 1.0) * np.array(place)).tolist() for place in load_system("zenit_4mu").aiming.offsets)
+        return [Scenario("zenit_4mu", seed=seed, aiming_offsets=offsets) for seed in range(2)]
 
     nominal, drawn_in = fly_many(narrow(1.0)), fly_many(narrow(0.75))
     held = fly_many(narrow(0.75), Settings.load(control={"follow_through_m": 0.0}))
@@ -258,12 +264,12 @@ def test_a_narrow_mouth_comes_late_and_saves_fuel_if_the_reference_follows_throu
     ],
 )
 def test_a_mouth_wider_than_the_net_is_closed_by_all(offsets):
-    outcomes = fly_many([Scenario(mus=8, seed=seed, aiming_offsets=offsets) for seed in range(2)])
+    outcomes = fly_many([Scenario("zenit_8mu", seed=seed, aiming_offsets=offsets) for seed in range(2)])
     assert [outcome.captured for outcome in outcomes] == [True] * 2
 
 
 def test_stops_at_the_trigger_with_the_net_as_a_whole_flight_has_it():
-    scenarios = [Scenario(mus=4, seed=seed) for seed in (1, 2)]
+    scenarios = [Scenario("zenit_4mu", seed=seed) for seed in (1, 2)]
     seen = {}
 
     def look(number, world, index):
@@ -282,9 +288,10 @@ def test_stops_at_the_trigger_with_the_net_as_a_whole_flight_has_it():
 
 def test_the_propellant_is_a_budget_in_process_too():
     """The same as in the controller: thrust ends within one period of the budget's end."""
-    settings = Settings.load(control={"propellant_kg": 0.004}, mission={"give_up_s": 6.0})
-    free = fly(Scenario(mus=4), Settings.load(mission={"give_up_s": 6.0}))
-    bounded = fly(Scenario(mus=4), settings)
+    settings = Settings.load(mission={"give_up_s": 6.0})
+    little = load_system("zenit_4mu", {"unit.propellant_kg": 0.004})
+    free = fly(Scenario("zenit_4mu"), Settings.load(mission={"give_up_s": 6.0}))
+    bounded = fly(Scenario(little), settings)
     tick = law.fuel_used((5.1, 5.1, 5.1), 0.05, 60.0, 9.81)
     assert min(free.fuel_kg) > 0.004 + tick
     assert all(0.004 <= fuel <= 0.004 + tick for fuel in bounded.fuel_kg)

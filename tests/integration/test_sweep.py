@@ -8,13 +8,13 @@ from tethernet_sim.fly import Settings
 
 
 def test_every_option_and_winch_has_settings_that_load():
-    options, winches = sweep.option_settings(), sweep.winch_settings()
+    options, winches = sweep.option_settings(), sweep.winch_systems("zenit_4mu")
     assert options["paper as printed"] == Settings.paper()
     assert options["default"] == Settings.load()
     assert len({repr(s) for s in options.values()}) == len(options), "no two options are the same"
-    assert len({repr(s) for s in winches.values()}) == len(winches)
+    assert len({winch.digest for winch in winches.values()}) == len(winches)
     assert len(winches) == len(sweep.SPEEDS_M_S) * len(sweep.TENSIONS_N) + len(sweep.STIFFNESSES_N_M)
-    assert {w.physics.winch_stiffness_n_m for w in winches.values()} > set(sweep.STIFFNESSES_N_M)
+    assert {w.closing.winch_stiffness_n_m for w in winches.values()} > set(sweep.STIFFNESSES_N_M)
     assert load(ControlParameters).closing_law == "intercept"
     assert options["default, fixed closing place"].mission.closing_plan == "fixed"
     assert load(MissionParameters).closing_plan == "planned"

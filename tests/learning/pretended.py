@@ -2,8 +2,6 @@
 
 import numpy as np
 
-from tethernet_core.capture_quality import QualityParameters
-from tethernet_core.parameters import load
 from tethernet_learning.flown import Flown
 
 
@@ -17,4 +15,4 @@ class Pretended:
         best[0] = -2.0
         ones = np.ones(len(scenarios))
         fuel = 0.01 * np.abs(offsets - best).mean(axis=(1, 2))
-        return Flown(scenarios[0].mus, 0.5 * ones, 9 * ones, fuel, 500.0 * ones, load(QualityParameters))
+        return Flown(scenarios[0].mus, 0.5 * ones, 9 * ones, fuel, 500.0 * ones, scenarios[0].system)

@@ -9,6 +9,7 @@ import pytest
 
 from tests import tiny_models
 from tests.command import tethernet
+from tethernet_core.system import load_system
 from tethernet_learning import seeds
 from tethernet_learning.campaigns.cases import Case
 from tethernet_learning.campaigns.chunks import failed
@@ -49,7 +50,7 @@ def outcome(fuel, captured=True, seed=0):
 
 
 def test_the_reduction_is_the_mean_over_pairs_with_its_interval():
-    nominal = [outcome(2.0), outcome(1.0), outcome(4.0, captured=False), failed(Scenario(mus=8, seed=0), "lost")]
+    nominal = [outcome(2.0), outcome(1.0), outcome(4.0, captured=False), failed(Scenario("zenit_8mu", seed=0), "lost")]
     policy = [outcome(1.8), outcome(1.1, captured=False), outcome(3.0), outcome(1.0)]
     found = compare(nominal, policy)
     assert (found.pairs, found.both, found.only_nominal, found.only_policy, found.neither) == (3, 1, 1, 1, 0)
@@ -104,7 +105,7 @@ def test_parameters_are_replaced_for_the_nominal_points_and_the_policy_alike(tmp
     short = ["mission.trigger_distance_m=50", "mission.capture_duration_s=1"]
     found = {}
     for ratio in (0.05, 0.08):
-        chosen = ["--set", *short, f"physics.thread_damping_ratio={ratio}"]
+        chosen = ["--set", *short, f"physics.contact_damping_ratio={ratio}"]
         assert tethernet("evaluate", "policies", *words, str(tmp_path / str(ratio)), *chosen) == 0
         result = json.loads((tmp_path / str(ratio) / "evaluation.json").read_text())
         assert result["set"] == chosen[1:]
@@ -118,9 +119,10 @@ def test_parameters_are_replaced_for_the_nominal_points_and_the_policy_alike(tmp
 
 
 def test_both_indices_stand_in_the_table_with_how_many_are_below_the_threshold(short):
-    cases = [Case(Scenario(mus=8, seed=seed), "") for seed in range(3)]
+    cases = [Case(Scenario("zenit_8mu", seed=seed), "") for seed in range(3)]
     flown = [dataclasses.replace(outcome(1.0, seed=s), cqi=1.0, cqi_all=a) for s, a in enumerate((2.4, 2.5, 2.9))]
-    told = evaluation_report.table([evaluation.Evaluated(8, {"nominal": cases}, {"nominal": flown}, short.quality)])
+    system = cases[0].scenario.system
+    told = evaluation_report.table([evaluation.Evaluated(8, {"nominal": cases}, {"nominal": flown}, system)])
     assert "| CQI, mean; below the threshold | 1.00; 3 of 3 |" in told
     assert "| CQI with the MUs counted, mean; below the threshold | 2.60; 1 of 3 |" in told
 
@@ -149,7 +151,7 @@ def test_shipping_puts_a_model_where_its_name_looks_for_it_with_a_card(tmp_path,
     words = ["--mus", "8", "--scenarios", "2", "--output", str(out)]
     assert tethernet("evaluate", "policies", *words, "--policy", str(policy)) == 0
     assert tethernet("models", "install", str(policy), "--evaluation", str(out / "evaluation.json")) == 0
-    policies.check("rl", 8)
+    policies.check("rl", load_system("zenit_8mu"))
     card = (shipped_models.FOLDER / "policy_8mus.md").read_text()
     for words in (
         "# policy_8mus",

@@ -6,18 +6,18 @@ import numpy as np
 import pytest
 
 from tests.physics import diverging
-from tethernet_core.capture_quality import QualityParameters, captured
-from tethernet_core.parameters import load
+from tethernet_core.capture_quality import captured
+from tethernet_core.system import load_system
 from tethernet_learning.flown import Flown, from_outcomes
 from tethernet_learning.policies.reward import TERMS, VARIANTS, Reward
 from tethernet_sim.fly import Settings, fly
 from tethernet_sim.scenario import Scenario
 
-QUALITY = load(QualityParameters)
+SYSTEM = {mus: load_system(f"zenit_{mus}mu") for mus in (4, 8)}
 
 
 def flown(cqi, pairs, fuel=0.1, mouth=500.0, mus=8):
-    return Flown(mus, np.array([cqi]), np.array([pairs]), np.array([fuel]), np.array([mouth]), QUALITY)
+    return Flown(mus, np.array([cqi]), np.array([pairs]), np.array([fuel]), np.array([mouth]), SYSTEM[mus])
 
 
 def test_a_good_capture_earns_mouth_and_fuel():
@@ -55,9 +55,9 @@ def test_an_unknown_variant_is_an_error():
 
 
 def test_a_simulation_in_error_counts_as_missed_by_far(monkeypatch):
-    outcome = fly(Scenario(mus=4), diverging(monkeypatch))
+    outcome = fly(Scenario("zenit_4mu"), diverging(monkeypatch))
     assert outcome.error
-    result = from_outcomes([outcome], QUALITY)
+    result = from_outcomes([outcome], SYSTEM[4])
     assert result.cqi[0] == 20.0
     assert not result.captured[0]
     assert np.isfinite(Reward.load(4)(result)).all()
@@ -65,18 +65,18 @@ def test_a_simulation_in_error_counts_as_missed_by_far(monkeypatch):
 
 @pytest.mark.parametrize("threshold", [2.5, 1.0])
 def test_learning_judges_a_capture_as_every_mission_is_judged(threshold):
-    quality = load(QualityParameters, {"cqi_threshold": threshold})
+    system = load_system("zenit_8mu", {"capture.cqi_threshold": threshold})
     cqi = np.array([0.5, 1.0, 1.5, 2.5, 3.0])
-    some = Flown(8, cqi, np.full(5, 8), np.full(5, 0.1), np.full(5, 500.0), quality)
-    assert some.captured.tolist() == [captured(value, 8, 8, quality) for value in cqi]
+    some = Flown(8, cqi, np.full(5, 8), np.full(5, 0.1), np.full(5, 500.0), system)
+    assert some.captured.tolist() == [captured(value, 8, system) for value in cqi]
     assert some.captured.tolist() == (cqi < threshold).tolist()
     terms = Reward(8, 0.4, 540.0).terms(some)
     assert ((terms["fuel"] > 0.0) == some.captured).all()
 
 
 def test_the_cqi_that_decides_is_the_one_that_learning_sees():
-    outcome = fly(Scenario(mus=8), Settings.load(mission={"capture_duration_s": 1.0, "trigger_distance_m": 45.0}))
-    knots, everything = (load(QualityParameters, {"center_of_mass": word}) for word in ("knots", "all"))
+    outcome = fly(Scenario("zenit_8mu"), Settings.load(mission={"capture_duration_s": 1.0, "trigger_distance_m": 45.0}))
+    knots, everything = (load_system("zenit_8mu", {"capture.center_of_mass": word}) for word in ("knots", "all"))
     assert outcome.cqi != outcome.cqi_all
     assert from_outcomes([outcome], knots).cqi[0] == min(outcome.cqi, 20.0)
     assert from_outcomes([outcome], everything).cqi[0] == min(outcome.cqi_all, 20.0)

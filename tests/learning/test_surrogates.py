@@ -7,8 +7,7 @@ import numpy as np
 import pytest
 
 from tests.command import tethernet
-from tethernet_core.capture_quality import QualityParameters
-from tethernet_core.parameters import load
+from tethernet_core.system import load_system
 from tethernet_learning.data import data_set, make_data, measure_repeatability
 from tethernet_learning.data.data_set import Captures
 from tethernet_learning.data.trigger import fly_and_look
@@ -22,7 +21,7 @@ from tethernet_planner.inference.surrogate_file import NOISES, Surrogate, log_fu
 from tethernet_sim.fly import Settings
 
 pytestmark = pytest.mark.learning
-QUALITY = load(QualityParameters)
+SYSTEM = load_system("zenit_4mu")
 
 
 def invented(mus, count, seed):
@@ -37,7 +36,9 @@ def invented(mus, count, seed):
     cqi = 0.5 + beside
     fuel = 0.1 * np.ones(count)
     flat = rows.reshape(count, -1)
-    return Captures(mus, flat, cqi, pairs, fuel, captured, count, int((~captured).sum()), about, QUALITY)
+    return Captures(
+        mus, flat, cqi, pairs, fuel, captured, count, int((~captured).sum()), about, load_system(f"zenit_{mus}mu")
+    )
 
 
 @pytest.fixture(scope="module")
@@ -214,7 +215,7 @@ def test_a_data_set_is_made_described_resumed_and_not_mixed(tmp_path, capsys):
     assert captures.scenarios == 2
     flown = make_data.scenarios(4, "train", 0, 0, 2)
     outcomes, seen = fly_and_look(flown, Settings.load(), stop_at_trigger=False)
-    same = data_set.captures(outcomes, seen, captures.about, QUALITY)
+    same = data_set.captures(outcomes, seen, captures.about, SYSTEM)
     for field in dataclasses.fields(data_set.Captures):
         assert np.array_equal(getattr(same, field.name), getattr(captures, field.name)), field.name
     before = (tmp_path / "d" / "train.parts" / "000000.parquet").stat().st_mtime_ns

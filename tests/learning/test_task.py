@@ -8,7 +8,6 @@ from tethernet_learning.data import make_data, spread
 from tethernet_learning.random_scenarios import random_scenarios
 from tethernet_learning.seeds import Purpose, sequence
 from tethernet_planner.inference import net_features, symmetry, task
-from tethernet_sim.model import CENTRAL_KNOT
 
 
 def test_no_scenario_of_a_test_is_ever_trained_on():
@@ -82,7 +81,7 @@ def test_features_are_those_of_the_paper_relative_to_the_debris(mus, count):
     assert row.shape == (count,) == (net_features.feature_count(mus),)
     nodes = row.reshape(-1, 6)
     assert np.allclose(nodes[0, :3], knots[0] - [1, 2, 3])
-    assert np.allclose(nodes[160, 3:], rates[CENTRAL_KNOT] - [0, 0, 0.5])
+    assert np.allclose(nodes[160, 3:], rates[529 // 2] - [0, 0, 0.5])
     assert np.allclose(nodes[161:, :3], mu - [1, 2, 3], atol=1e-6)
     assert len(np.unique(net_features.knot_places(), axis=0)) == 161
 

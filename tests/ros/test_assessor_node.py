@@ -10,10 +10,11 @@ from geometry_msgs.msg import Point
 from nav_msgs.msg import Odometry
 
 from tests import tiny_models
-from tethernet_core.capture_quality import QualityParameters, hull_quality, mouth_area
+from tethernet_core.capture_quality import hull_quality, mouth_area
 from tethernet_core.mission import Mission, arm, launch
 from tethernet_core.parameters import load
 from tethernet_core.settings import ControlParameters, MissionParameters
+from tethernet_core.system import load_system
 from tethernet_msgs.msg import CaptureAssessment, MissionState, NetState
 from tethernet_planner.mission_rules import advance
 from tethernet_ros import topics
@@ -22,7 +23,8 @@ from tethernet_ros.qos import BULK, CONTROL, STATE, STATE_BACKLOG
 
 PERIOD = 50_000_000
 DEBRIS = (0.1, -0.2, -50.0)
-CONTROL_P, RULES, QUALITY = load(ControlParameters), load(MissionParameters), load(QualityParameters)
+CONTROL_P, RULES = load(ControlParameters), load(MissionParameters)
+SYSTEM = {mus: load_system(f"zenit_{mus}mu") for mus in (4, 8)}
 
 
 class Bench:
@@ -45,7 +47,7 @@ class Bench:
         return self
 
     def closed(self, tick=480):
-        self.mission = advance(self.mission, tick * PERIOD, DEBRIS, DEBRIS, RULES, CONTROL_P)
+        self.mission = advance(self.mission, SYSTEM[self.mus], tick * PERIOD, DEBRIS, DEBRIS, RULES, CONTROL_P)
         self.tell(self.mission)
 
     def debris(self, tick, position=DEBRIS, velocity=(0.0, 0.0, 0.0)):
@@ -98,15 +100,15 @@ def test_trigger_and_verdict_are_the_library_functions_on_what_was_published(ben
     b.net(481, *at_trigger)  # before the debris' odometry of its time
     b.debris(481, (0.5, 0.0, -49.0))
     trigger = b.stage(CaptureAssessment.TRIGGER)
-    expected = hull_quality(*at_trigger, DEBRIS, (0.5, 0.0, -49.0), QUALITY)
+    expected = hull_quality(*at_trigger, DEBRIS, (0.5, 0.0, -49.0), SYSTEM[8])
     assert (trigger.cqi, trigger.hull_volume, trigger.hull_area) == (expected.cqi, expected.volume, expected.area)
-    assert trigger.mouth_area == mouth_area(at_trigger[1])
+    assert trigger.mouth_area == mouth_area(at_trigger[1], SYSTEM[8])
     assert nanoseconds(trigger.header.stamp) == 481 * PERIOD
     assert not trigger.prediction_valid
     b.debris(781)
     b.net(781, *at_end, locked=7)
     final = b.stage(CaptureAssessment.FINAL)
-    expected = hull_quality(*at_end, DEBRIS, DEBRIS, QUALITY, (DEBRIS[0], DEBRIS[1], DEBRIS[2] + 1.0))
+    expected = hull_quality(*at_end, DEBRIS, DEBRIS, SYSTEM[8], (DEBRIS[0], DEBRIS[1], DEBRIS[2] + 1.0))
     assert final.cqi_all == expected.cqi_all
     assert (final.cqi, final.locked_pairs, final.captured) == (expected.cqi, 7, True)
     assert final.verdict.startswith("captured: CQI")
@@ -179,7 +181,7 @@ def test_nan_is_dropped_and_the_verdict_still_comes(bench):
     b.net(782, *shape(8), columns=17)
     b.debris(782)
     b.probe.wait_for(lambda: "knot_positions reaches nan; allowed: finite" in b.process.output, "complaint about NaN")
-    b.tell(advance(b.mission, 781 * PERIOD, DEBRIS, DEBRIS, RULES, CONTROL_P))
+    b.tell(advance(b.mission, SYSTEM[8], 781 * PERIOD, DEBRIS, DEBRIS, RULES, CONTROL_P))
     final = b.stage(CaptureAssessment.FINAL)
     assert nanoseconds(final.header.stamp) == 780 * PERIOD
     assert final.captured
@@ -189,7 +191,7 @@ def test_missed(bench):
     b = bench("progress_every:=10000").launched()
     b.debris(800)
     b.net(800, *shape(9), locked=0)
-    b.tell(advance(b.mission, 800 * PERIOD, (0.0, 0.0, -10.0), DEBRIS, RULES, CONTROL_P))
+    b.tell(advance(b.mission, SYSTEM[8], 800 * PERIOD, (0.0, 0.0, -10.0), DEBRIS, RULES, CONTROL_P))
     final = b.stage(CaptureAssessment.FINAL)
     assert final.verdict.startswith("missed: the net did not come")
     assert not final.captured

@@ -13,6 +13,7 @@ from tethernet_core import rotation
 from tethernet_core.mission import Mission, abort, arm, launch
 from tethernet_core.parameters import load
 from tethernet_core.settings import ControlParameters, MissionParameters
+from tethernet_core.system import load_system
 from tethernet_planner.mission_rules import advance
 from tethernet_ros import checks
 from tethernet_ros.conversions import coordinates, mission_message, nanoseconds, time_message
@@ -106,7 +107,7 @@ def test_missions_survive_the_way_through_a_message():
     control, rules = load(ControlParameters), load(MissionParameters)
     armed = arm(Mission(8), DEBRIS, "nominal")
     flying = launch(armed, 1_795_321_864_694_434_410)
-    closing = advance(flying, flying.launch_ns + 10**10, DEBRIS, DEBRIS, rules, control)
+    closing = advance(flying, load_system("zenit_8mu"), flying.launch_ns + 10**10, DEBRIS, DEBRIS, rules, control)
     for mission in (armed, flying, closing, abort(closing, "why")):
         message = mission_message(mission, 7, True)
         assert checks.mission_state(8).read(serialize_message(message)).mission == mission

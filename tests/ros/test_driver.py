@@ -9,8 +9,9 @@ from nav_msgs.msg import Odometry
 from rosgraph_msgs.msg import Clock
 from std_srvs.srv import Trigger
 
-from tethernet_core.layout import nominal_aiming_points
+from tethernet_core.aiming import nominal_aiming_points
 from tethernet_core.mission import Phase
+from tethernet_core.system import load_system
 from tethernet_msgs.msg import CaptureAssessment, MissionState, MuStatus, NetState
 from tethernet_ros import topics
 from tethernet_ros.connections import read_connections, service_name
@@ -220,7 +221,7 @@ def test_eight_drivers_fly_a_mission_without_a_simulator(probe, processes):
     states = probe.listen(topics.MISSION_STATE, MissionState, STATE)
     found = probe.listen(topics.CAPTURE_ASSESSMENT, CaptureAssessment, STATE)
     statuses = [probe.listen(topics.mu_status(mu), MuStatus, STATE) for mu in range(1, 9)]
-    for mu, aim in enumerate(nominal_aiming_points(8, debris), 1):
+    for mu, aim in enumerate(nominal_aiming_points(load_system("zenit_8mu"), debris), 1):
         processes.node("tethernet_control.controller_node", f"mu:={mu}", *control, name=f"controller_{mu}")
         place_m = [str(value) for value in (0.5 * aim[0], 0.5 * aim[1], -4.0)]
         processes.start(f"driver_{mu}", DRIVER, "--mu", str(mu), "--start", *place_m)

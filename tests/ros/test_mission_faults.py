@@ -16,8 +16,9 @@ from rosgraph_msgs.msg import Clock
 from tests.ros.mission_command import FLYING, MissionCommand, read_bag
 from tethernet_bringup.bags.salvage import salvage
 from tethernet_bringup.mission import shared_memory
+from tethernet_core.system import load_system
 from tethernet_msgs.msg import MissionState
-from tethernet_planner import closing
+from tethernet_planner.docking_groups import docking_groups
 from tethernet_ros import topics
 from tethernet_ros.checks import mission_from
 from tethernet_ros.conversions import time_message
@@ -64,7 +65,7 @@ def test_the_others_close_the_net_when_a_controller_is_killed_in_flight(tmp_path
         assert mission.finish() == 0, mission.text
         states = [mission_from(message) for message in read_bag(mission.run)["/mission/state"]]
         planned = next(state for state in states if state.closing_points)
-        assert closing.docking_groups(planned.closing_points) == [[1, 5, 2, 6, 4, 8, 7]], (
+        assert docking_groups(planned.closing_points, load_system("zenit_8mu")) == [[1, 5, 2, 6, 4, 8, 7]], (
             "the closing leaves the lost one out"
         )
         outcome = mission.outcome
@@ -207,7 +208,9 @@ def test_an_external_driver_killed_in_flight_is_named_and_the_others_close_the_n
         assert warning in mission.text
         states = [mission_from(message) for message in read_bag(mission.run)["/mission/state"]]
         planned = next(state for state in states if state.closing_points)
-        assert 3 not in {mu for group in closing.docking_groups(planned.closing_points) for mu in group}
+        assert 3 not in {
+            mu for group in docking_groups(planned.closing_points, load_system("zenit_8mu")) for mu in group
+        }
         assert mission.outcome["locked_pairs"] >= 6
 
 

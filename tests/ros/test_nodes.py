@@ -124,7 +124,7 @@ def test_parameters_are_described_typed_and_read_only(probe, processes):
     processes.node(CONTROLLER, "mu:=3", "kp:=12")
     node = "mu3_controller"
     listed = probe.call(f"/{node}/list_parameters", ListParameters).result.names
-    assert {"mu", "kp", "thrust_limit_n"} <= set(listed)
+    assert {"mu", "kp", "watchdog_periods"} <= set(listed)
     [described] = probe.call(
         f"/{node}/describe_parameters", DescribeParameters, DescribeParameters.Request(names=["kp"])
     ).descriptors

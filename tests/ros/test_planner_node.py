@@ -12,10 +12,11 @@ from std_srvs.srv import Trigger
 
 from tests import tiny_models
 from tests.ros.sound import mu_status, net_state
-from tethernet_core.layout import FALLBACK, nominal_aiming_points
+from tethernet_core.aiming import FALLBACK, nominal_aiming_points
 from tethernet_core.mission import Phase
 from tethernet_core.parameters import load
 from tethernet_core.settings import MissionParameters
+from tethernet_core.system import load_system
 from tethernet_msgs.msg import MissionState, MuStatus
 from tethernet_msgs.srv import PlanAimingPoints
 from tethernet_planner.closing import closing_situation
@@ -126,7 +127,7 @@ def test_leads_a_mission_from_start_to_end(bench):
 
 def test_the_closing_is_planned_from_the_odometry_of_that_tick_which_is_waited_for(bench):
     b = bench().deployed()
-    aims = nominal_aiming_points(8, DEBRIS)
+    aims = nominal_aiming_points(load_system("zenit_8mu"), DEBRIS)
     for mu, point in enumerate(aims, start=1):
         b.mu(mu, 0, point)
     b.ticked(0)
@@ -149,7 +150,7 @@ def test_the_closing_is_planned_from_the_odometry_of_that_tick_which_is_waited_f
 
 def test_a_tick_that_lacks_an_mus_odometry_is_decided_on_when_the_next_one_is_there(bench):
     b = bench().deployed()
-    for mu, point in enumerate(nominal_aiming_points(8, DEBRIS), start=1):
+    for mu, point in enumerate(nominal_aiming_points(load_system("zenit_8mu"), DEBRIS), start=1):
         b.mu(mu, 0, point)
     b.ticked(0)
     b.debris(1)

@@ -17,7 +17,7 @@ def test_policy_and_surrogate_give_the_same_bits_over_ros_and_in_process(tmp_pat
     (tmp_path / "p.yaml").write_text(f"assessor: {{ros__parameters: {{predictor: {surrogate}}}}}\n")
     words = ["--mus", "8", "--pace", "lockstep", "--seed", "5", "--debris", *map(str, PLACE)]
     words += ["--policy", str(policy), "--params", str(tmp_path / "p.yaml")]
-    [case] = aim([Case(Scenario(mus=8, debris_position=PLACE, seed=5), "")], str(policy))
+    [case] = aim([Case(Scenario("zenit_8mu", debris_position=PLACE, seed=5), "")], str(policy))
     [flown], [seen] = fly_and_look([case.scenario], Settings.load(), stop_at_trigger=False)
     expected = Surrogate.load(surrogate).predict_many(seen[None])
     with MissionCommand(tmp_path / "runs", domain_id, *words) as mission:

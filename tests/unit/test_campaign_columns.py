@@ -13,7 +13,7 @@ from tethernet_learning.campaigns.columns import columns, flatten, in_words, reb
 from tethernet_sim.scenario import Failure, Outcome, Scenario
 
 SCENARIO = Scenario(
-    mus=4,
+    "zenit_4mu",
     debris_position=(1.0, 2.0, -50.0),
     aiming_offsets=((0.0, 1.0), (2.0, 3.0), (4.0, 5.0), (6.0, 7.0)),
     failure=Failure(mu=3, kind="no_thrust", time_s=12.5),
@@ -39,7 +39,7 @@ def test_every_number_has_a_plain_column():
     assert columns(Outcome)["captured"] is bool
 
 
-@pytest.mark.parametrize("scenario", [SCENARIO, Scenario(mus=8, seed=2**62)])
+@pytest.mark.parametrize("scenario", [SCENARIO, Scenario("zenit_8mu", seed=2**62)])
 def test_a_scenario_comes_back(scenario):
     assert rebuild(Scenario, flatten(scenario)) == scenario
     assert rebuild_given(Scenario, flatten(scenario)) == scenario

@@ -20,7 +20,7 @@ ROWS = [
     {"name": None, "count": None, "size": None, "good": None},
     {"name": "d", "count": -1, "size": 1e-300, "good": False},
 ]
-CASES = [Case(Scenario(mus=8, seed=seed), "some") for seed in range(3)]
+CASES = [Case(Scenario("zenit_8mu", seed=seed), "some") for seed in range(3)]
 
 
 def rows(cases):
@@ -72,8 +72,8 @@ def test_other_files_are_refused(tmp_path):
 @pytest.mark.parametrize("suffix", tables.SUFFIXES)
 def test_scenarios_come_from_a_file(tmp_path, suffix):
     path = tmp_path / f"scenarios{suffix}"
-    lost = Scenario(mus=4, debris_position=(1.0, 2.0, -45.0), failure=Failure(2, "no_odometry", 3.0))
-    aimed = Scenario(mus=4, aiming_offsets=((0.0, 0.5),) * 4)
+    lost = Scenario("zenit_4mu", debris_position=(1.0, 2.0, -45.0), failure=Failure(2, "no_odometry", 3.0))
+    aimed = Scenario("zenit_4mu", aiming_offsets=((0.0, 0.5),) * 4)
     cases = [Case(lost, "lost", "nominal"), Case(aimed, "aimed", "clever")]
     tables.write(path, outcome_columns(), rows(cases))
     assert aim(scenario_file.read(path), "nominal") == cases
@@ -82,14 +82,17 @@ def test_scenarios_come_from_a_file(tmp_path, suffix):
 def test_what_a_scenario_file_lacks_is_the_default(tmp_path):
     path = tmp_path / "scenarios.csv"
     path.write_text("mus,seed\n4,7\n8,\n")
-    assert [case.scenario for case in scenario_file.read(path)] == [Scenario(mus=4, seed=7), Scenario(mus=8)]
+    assert [case.scenario for case in scenario_file.read(path)] == [
+        Scenario("zenit_4mu", seed=7),
+        Scenario("zenit_8mu"),
+    ]
 
 
 @pytest.mark.parametrize(
     ("text", "told"),
     [
         ("mus,sped\n8,1\n", "unknown columns: sped"),
-        ("mus\n5\n", "row 1: ScenarioParameters.mu_count = 5"),
+        ("mus\n5\n", "row 1: no system 'zenit_5mu'"),
         ("mus,debris_rate_x\n8,\n8,1\n", "row 2: column debris_rate_y is empty"),
         ("mus,failure_mu,failure_kind,failure_time_s\n4,5,no_thrust,1\n", "mu from 1 to 4"),
         ("mus\n", "has no rows"),
@@ -178,5 +181,5 @@ def test_the_description_is_complete_json(tmp_path, description):
     Results(tmp_path / "out.csv", description).__exit__()
     told = json.loads((tmp_path / "out.csv.json").read_text())
     assert told == description
-    assert told["settings"]["physics"]["mesh_m"] == 1.0
+    assert told["settings"]["physics"]["fold_factor"] == 0.05
     assert told["source"] == {"name": "test", "seed": 1}

@@ -51,7 +51,7 @@ def test_tumbles_have_the_rates_and_fly_the_same_places():
     rates = [math.degrees(math.hypot(*case.scenario.debris_rate)) for case in cases]
     assert rates == pytest.approx([0.0] * 12 + [2.5] * 12 + [5.0] * 12)
     assert [case.scenario.debris_position for case in cases[:12]] == [c.scenario.debris_position for c in cases[24:]]
-    assert {case.scenario.debris_attitude for case in cases} == {Scenario(mus=8).debris_attitude}
+    assert {case.scenario.debris_attitude for case in cases} == {Scenario("zenit_8mu").debris_attitude}
     assert len({c.scenario.debris_attitude for c in sources.tumbles(8, [1.0], 4, 3, 1, RULES, True)}) == 12
 
 
@@ -104,7 +104,7 @@ def test_the_attitude_map_paints_each_direction_with_its_own_share():
 def test_many_single_attitudes_are_gathered():
     random = np.random.default_rng(1)
     attitudes = [sphere.random_attitude(random) for _ in range(attitude_map.LARGEST_CELLS + 100)]
-    some = row(0, Case(Scenario(mus=8), ""), Outcome(True, "", 1.0, 8, 24.0, 40.0, (), (), 530.0, 1.0, 0.1, 1, 8))
+    some = row(0, Case(Scenario("zenit_8mu"), ""), Outcome(True, "", 1.0, 8, 24.0, 40.0, (), (), 530.0, 1.0, 0.1, 1, 8))
     rows = [
         {**some, **dict(zip((f"debris_attitude_{axis}" for axis in "xyzw"), attitude, strict=True))}
         for attitude in attitudes

@@ -37,7 +37,7 @@ def test_the_mean_has_students_interval():
 
 
 def test_errors_count_as_not_captured_and_spoil_no_mean():
-    summary = summarise([outcome(), outcome(False, 3, cqi=2.0), failed(Scenario(mus=8), "broken")])
+    summary = summarise([outcome(), outcome(False, 3, cqi=2.0), failed(Scenario("zenit_8mu"), "broken")])
     assert (summary.count, summary.captured, summary.errors) == (3, 1, 1)
     assert summary.success.value == pytest.approx(1 / 3)
     assert summary.fuel_kg.value == pytest.approx(0.03)
@@ -48,7 +48,7 @@ def test_errors_count_as_not_captured_and_spoil_no_mean():
 
 def test_the_table_has_one_line_for_each_group():
     flown = [("a", outcome()), ("b", outcome(False, 5)), ("a", outcome())]
-    rows = [row(i, Case(Scenario(mus=8), group), result) for i, (group, result) in enumerate(flown)]
+    rows = [row(i, Case(Scenario("zenit_8mu"), group), result) for i, (group, result) in enumerate(flown)]
     head, first, second = table(rows)
     assert head.split()[:3] == ["mus", "policy", "group"]
     assert first.split()[:5] == ["8", "nominal", "a", "2", "100.0"]

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 from tests.physics import make_world
-from tethernet_core.capture_quality import QualityParameters, captured, hull_quality, verdict
-from tethernet_core.parameters import ParameterError, load
+from tethernet_core.capture_quality import captured, deciding, hull_quality, verdict
+from tethernet_core.system import DescriptionError, load_system
 from tethernet_sim.audit import particle_masses, particles
 
-QUALITY = load(QualityParameters)
+SYSTEM = load_system("zenit_8mu")
 DEBRIS = (0.0, 0.0, -50.0)
 
 
@@ -30,25 +30,25 @@ def test_the_centre_of_all_weighs_every_particle_by_its_mass(mus, share):
 
 def test_both_indices_differ_by_their_distances_alone():
     points = np.random.default_rng(0).normal(0.0, 2.0, (50, 3)) + DEBRIS
-    hull = hull_quality(points, points[:8], (0.0, 1.0, -50.0), DEBRIS, QUALITY, (0.0, 0.0, -46.0))
+    hull = hull_quality(points, points[:8], (0.0, 1.0, -50.0), DEBRIS, SYSTEM, (0.0, 0.0, -46.0))
     assert hull.distance == 1.0
-    assert hull.cqi_all - hull.cqi == pytest.approx(0.8 * (4.0 - 1.0) / QUALITY.characteristic_length_m)
-    assert math.isnan(hull_quality(points, points[:8], DEBRIS, DEBRIS, QUALITY).cqi_all)
+    assert hull.cqi_all - hull.cqi == pytest.approx(0.8 * (4.0 - 1.0) / SYSTEM.debris.cqi_length_m)
+    assert math.isnan(hull_quality(points, points[:8], DEBRIS, DEBRIS, SYSTEM).cqi_all)
 
 
 def test_the_parameter_chooses_which_of_them_decides():
-    knots, everything = (load(QualityParameters, {"center_of_mass": word}) for word in ("knots", "all"))
-    assert QUALITY.center_of_mass == "knots"
-    assert (knots.deciding(1.0, 3.0), everything.deciding(1.0, 3.0)) == (1.0, 3.0)
-    assert not captured(everything.deciding(1.0, math.nan), 8, 8, everything), "what is not known captures nothing"
-    assert "CQI not available" in verdict(math.nan, 8, 8, everything)
-    with pytest.raises(ParameterError, match="allowed: one of knots, all"):
-        load(QualityParameters, {"center_of_mass": "net"})
+    knots, everything = (load_system("zenit_8mu", {"capture.center_of_mass": word}) for word in ("knots", "all"))
+    assert SYSTEM.capture.center_of_mass == "knots"
+    assert (deciding(1.0, 3.0, knots), deciding(1.0, 3.0, everything)) == (1.0, 3.0)
+    assert not captured(deciding(1.0, math.nan, everything), 8, everything), "what is not known captures nothing"
+    assert "CQI not available" in verdict(math.nan, 8, everything)
+    with pytest.raises(DescriptionError, match="knots, all"):
+        load_system("zenit_8mu", {"capture.center_of_mass": "net"})
 
 
 @pytest.mark.parametrize(("cqi", "below"), [(2.4999, True), (2.5, False), (2.5001, False)])
 def test_at_the_threshold_itself_nothing_is_captured_whoever_asks(cqi, below):
-    assert captured(cqi, 6, 8, QUALITY) is below
-    assert captured(np.array([cqi]), np.array([6]), 8, QUALITY).tolist() == [below]
-    assert verdict(cqi, 6, 8, QUALITY).startswith("captured" if below else "not captured")
-    assert not captured(cqi, 5, 8, QUALITY)
+    assert captured(cqi, 6, SYSTEM) is below
+    assert captured(np.array([cqi]), np.array([6]), SYSTEM).tolist() == [below]
+    assert verdict(cqi, 6, SYSTEM).startswith("captured" if below else "not captured")
+    assert not captured(cqi, 5, SYSTEM)

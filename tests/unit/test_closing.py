@@ -5,15 +5,19 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from tests.physics import make_world
-from tethernet_core.layout import design
 from tethernet_core.parameters import load
 from tethernet_core.settings import MissionParameters
+from tethernet_core.system import load_system
 from tethernet_planner import closing
-from tethernet_planner.debris_section import Outline, axis_after, gap
+from tethernet_planner.closing_situation import closing_situation, foreseen, off_course
+from tethernet_planner.debris_section import DebrisPose
+from tethernet_planner.docking_groups import docking_groups, most_parts, regroup
 from tethernet_planner.mouth import project_to_reachable
 
 RULES = load(MissionParameters)
-MOUTH = np.array([(x, y, 0.5) for x, y in design(8).nominal_offsets])
+SYSTEM = load_system("zenit_8mu")
+RADIUS_M, HALF_LENGTH_M = SYSTEM.debris.shape.numbers
+MOUTH = np.array([(x, y, 0.5) for x, y in SYSTEM.aiming.offsets])
 DIAGONAL, ROW, APPROACH = (1.0, 1.0, 0.0), (1.0, 0.0, 0.0), (0.0, 0.0, 1.0)
 CENTER = np.array((3.0, -4.0, -50.0))
 
@@ -22,7 +26,11 @@ def seen(axis, mouth=MOUTH, rate=(0.0, 0.0, 0.0), lost=(False,) * 8):
     attitude = Rotation.align_vectors([np.array(axis) / np.linalg.norm(axis)], [[0.0, 0.0, 1.0]])[0]
     velocities = np.tile((0.0, 0.0, -2.0), (8, 1))
     in_body = attitude.inv().apply(rate)
-    return closing.closing_situation(mouth + CENTER, velocities, CENTER, attitude.as_quat(), (0.0,) * 3, in_body, lost)
+    return closing_situation(mouth + CENTER, velocities, CENTER, attitude.as_quat(), (0.0,) * 3, in_body, lost)
+
+
+def pose(axis):
+    return DebrisPose(SYSTEM.debris, seen(axis).debris_attitude)
 
 
 def relative(plan):
@@ -32,25 +40,23 @@ def relative(plan):
 def test_a_sight_takes_odometry_as_messages_carry_it():
     attitude = Rotation.from_rotvec((0.3, -0.5, 0.2))
     linear, angular = (1.0, 2.0, 3.0), (0.1, 0.2, 0.3)
-    got = closing.closing_situation(MOUTH, MOUTH, CENTER, attitude.as_quat(), linear, angular)
+    got = closing_situation(MOUTH, MOUTH, CENTER, attitude.as_quat(), linear, angular)
     assert np.allclose(got.debris_velocity, attitude.apply(linear))
     assert np.allclose(got.debris_rate, attitude.apply(angular))
-    assert np.allclose(got.debris_axis, attitude.apply((0.0, 0.0, 1.0)))
+    assert np.allclose(got.debris_attitude, attitude.as_matrix())
 
 
 def test_the_axis_tumbles_as_the_simulated_debris_does():
     world = make_world(8, attitude=Rotation.from_rotvec((0.4, 0.9, 0.0)).as_quat(), rate=(0.06, -0.04, 0.09))
-    before = closing.closing_situation(np.zeros((8, 3)), np.zeros((8, 3)), *world.body_motion(0, 0))
+    before = closing_situation(np.zeros((8, 3)), np.zeros((8, 3)), *world.body_motion(0, 0))
     for _ in range(200):
         world.advance(np.zeros((1, 8, 3)))
-    after = closing.closing_situation(np.zeros((8, 3)), np.zeros((8, 3)), *world.body_motion(0, 0))
-    foreseen = closing.foreseen(before, 10.0, RULES)
-    assert np.allclose(foreseen.debris_axis, after.debris_axis, atol=1e-6)
-    assert np.allclose(foreseen.debris_rate, after.debris_rate, atol=1e-6)
-    assert np.allclose(foreseen.debris_position, after.debris_position)
-    told = axis_after(before.debris_axis, before.debris_rate, 10.0, RULES.target_radius_m, RULES.target_length_m)
-    assert np.linalg.norm(after.debris_axis - before.debris_axis) > 0.3
-    assert np.allclose(told, after.debris_axis, atol=1e-6)
+    after = closing_situation(np.zeros((8, 3)), np.zeros((8, 3)), *world.body_motion(0, 0))
+    then = foreseen(before, 10.0, SYSTEM)
+    assert np.allclose(then.debris_attitude, after.debris_attitude, atol=1e-6)
+    assert np.allclose(then.debris_rate, after.debris_rate, atol=1e-6)
+    assert np.allclose(then.debris_position, after.debris_position)
+    assert np.linalg.norm(after.debris_attitude[:, 2] - before.debris_attitude[:, 2]) > 0.3
 
 
 @pytest.mark.parametrize(
@@ -67,115 +73,113 @@ def test_the_axis_tumbles_as_the_simulated_debris_does():
     ],
 )
 def test_length_of_a_string_round_the_debris(axis, sideways, target, length):
-    outline = Outline(np.array(axis), np.array(sideways), 1.95, 5.55)
+    outline = pose(axis).outline(np.array(sideways))
     assert outline.path_length(np.array([target]))[0] == pytest.approx(length, rel=0.02)
 
 
 def test_distance_from_the_debris():
-    axis = np.array((1.0, 0.0, 0.0))
     points = np.array([(0.0, 3.0, 0.0), (6.0, 0.0, 0.0), (5.55 + 0.3, 1.95 + 0.4, 0.0), (0.0, 0.0, 0.0)])
-    assert np.allclose(gap(points, axis, 1.95, 5.55), (1.05, 0.45, 0.5, -1.95))
+    assert np.allclose(pose((1.0, 0.0, 0.0)).distance(points), (1.05, 0.45, 0.5, -1.95))
 
 
 def test_all_meet_behind_a_debris_along_the_diagonal():
-    plan = closing.plan(seen(DIAGONAL), RULES)
+    plan = closing.plan(seen(DIAGONAL), SYSTEM, RULES)
     assert plan.feasible
     assert plan.pairs == 8
     assert plan.duration_s == RULES.closing_duration_s
     assert len(set(plan.points)) == 1
-    assert relative(plan)[0, 2] < -RULES.target_radius_m - RULES.closing_clearance_m
+    assert relative(plan)[0, 2] < -RADIUS_M - RULES.closing_clearance_m
 
 
 @pytest.mark.parametrize("axis", [ROW, APPROACH, (1.0, 0.0, 1.0), (0.3, 1.0, 0.2)])
 def test_two_bunches_meet_where_one_place_is_out_of_reach(axis):
-    plan = closing.plan(seen(axis), RULES)
+    plan = closing.plan(seen(axis), SYSTEM, RULES)
     assert plan.feasible
     assert plan.pairs == 6
     assert plan.duration_s == RULES.group_duration_s
-    docking_groups = closing.docking_groups(plan.points)
-    assert sorted(map(len, docking_groups)) == [4, 4]
-    one, other = (relative(plan)[group[0] - 1] for group in docking_groups)
+    groups = docking_groups(plan.points, SYSTEM)
+    assert sorted(map(len, groups)) == [4, 4]
+    one, other = (relative(plan)[group[0] - 1] for group in groups)
     assert one[:2] @ other[:2] < 0.0, "on either side of the debris"
-    direction = np.array(axis) / np.linalg.norm(axis)
-    for group in docking_groups:
+    for group in groups:
         place = relative(plan)[group[0] - 1]
-        assert gap(place, direction, RULES.target_radius_m, RULES.target_length_m / 2) >= RULES.closing_clearance_m
+        assert pose(axis).distance(place) >= RULES.closing_clearance_m
         middle = MOUTH[np.array(group) - 1, :2].mean(axis=0)
         assert middle @ place[:2] > 0.0, "each docking group on its own side"
 
 
 def test_every_attitude_has_a_plan_that_can_be_flown():
     for axis in Rotation.random(40, random_state=3).apply((0.0, 0.0, 1.0)):
-        plan = closing.plan(seen(axis), RULES)
+        plan = closing.plan(seen(axis), SYSTEM, RULES)
         assert plan.feasible, axis
         assert plan.pairs >= 6, axis
 
 
 def test_a_tumbling_debris_is_met_where_it_will_be():
-    turning = closing.plan(seen(ROW, rate=(0.0, 0.0, np.radians(45.0 / RULES.closing_duration_s))), RULES)
-    still = closing.plan(seen(ROW), RULES)
+    turning = closing.plan(seen(ROW, rate=(0.0, 0.0, np.radians(45.0 / RULES.closing_duration_s))), SYSTEM, RULES)
+    still = closing.plan(seen(ROW), SYSTEM, RULES)
     assert not np.allclose(turning.points, still.points)
 
 
 def test_two_bunches_meet_sooner_round_a_debris_that_turns():
-    turning = closing.plan(seen(ROW, rate=(0.0, 0.0, np.radians(5.0))), RULES)
+    turning = closing.plan(seen(ROW, rate=(0.0, 0.0, np.radians(5.0))), SYSTEM, RULES)
     assert turning.pairs == 6
     assert turning.duration_s == pytest.approx(38.0 / 5.0)
-    rolling = closing.plan(seen(ROW, rate=(np.radians(5.0), 0.0, 0.0)), RULES)
+    rolling = closing.plan(seen(ROW, rate=(np.radians(5.0), 0.0, 0.0)), SYSTEM, RULES)
     assert rolling.duration_s == RULES.group_duration_s, "a cylinder looks the same whichever way it has rolled"
-    wild = closing.plan(seen(ROW, rate=(0.0, 0.0, np.radians(60.0))), RULES)
+    wild = closing.plan(seen(ROW, rate=(0.0, 0.0, np.radians(60.0))), SYSTEM, RULES)
     assert wild.duration_s >= 0.6 * RULES.group_duration_s
 
 
 @pytest.mark.parametrize("lost", [(), (2,), (1, 5), (1, 6), range(1, 8), range(1, 9)])
 def test_a_plan_made_in_parts_is_the_same_plan(lost):
     view = seen((0.3, 1.0, 0.2), rate=(0.05, 0.02, 0.0), lost=tuple(mu in lost for mu in range(1, 9)))
-    parts = closing.planning(view, RULES)
+    parts = closing.planning(view, SYSTEM, RULES)
     count = 0
     while True:
         try:
             next(parts)
         except StopIteration as end:
-            assert end.value == closing.plan(view, RULES)
+            assert end.value == closing.plan(view, SYSTEM, RULES)
             break
         count += 1
-    assert count <= closing.MOST_PARTS
+    assert count <= most_parts(SYSTEM)
 
 
 def test_foreseen_mus_fly_on():
     now = seen(ROW)
-    then = closing.foreseen(now, 0.5, RULES)
+    then = foreseen(now, 0.5, SYSTEM)
     assert np.allclose(then.mu_positions, np.add(now.mu_positions, (0.0, 0.0, -1.0)))
     assert np.array_equal(then.mu_velocities, now.mu_velocities)
-    assert np.array_equal(then.debris_axis, now.debris_axis)
+    assert np.array_equal(then.debris_attitude, now.debris_attitude)
 
 
 def test_the_lost_is_left_out_and_the_others_meet():
     lost = tuple(mu == 6 for mu in range(1, 9))
-    plan = closing.plan(seen(DIAGONAL, lost=lost), RULES)
+    plan = closing.plan(seen(DIAGONAL, lost=lost), SYSTEM, RULES)
     assert plan.pairs == 6
     assert plan.points[5] == pytest.approx(MOUTH[5] + CENTER), "it stays where it is"
-    assert closing.docking_groups(plan.points) == [[1, 5, 2, 4, 8, 3, 7]]
+    assert docking_groups(plan.points, SYSTEM) == [[1, 5, 2, 4, 8, 3, 7]]
 
 
 def test_who_is_far_beside_its_aiming_point_is_lost():
     aims = MOUTH * (1.0, 1.0, 0.0)
     places = np.add(MOUTH, (0.5, -0.3, 1.0))
-    assert closing.off_course(places, aims, RULES) == (False,) * 8, "all late alike is not lost"
+    assert off_course(places, aims, SYSTEM, RULES) == (False,) * 8, "all late alike is not lost"
     places[2] += (RULES.off_course_m, 0.0, 0.0)
-    assert closing.off_course(places, aims, RULES) == (False, False, True, *(False,) * 5)
+    assert off_course(places, aims, SYSTEM, RULES) == (False, False, True, *(False,) * 5)
 
 
 def test_nobody_is_lost_whom_a_net_too_short_holds_back():
     aims = MOUTH * (1.0, 1.0, 0.0)
     aims[4, :2] += (0.0, -5.0)  # side MU 5 out,
     aims[0, :2] += (-5.0, 5.0)  # its neighbour in corner 1 away from it
-    places = project_to_reachable(aims)
+    places = project_to_reachable(aims, SYSTEM)
     assert np.linalg.norm(places - aims, axis=1).max() > 2.0
     places[:, 2] = MOUTH[:, 2]
-    assert closing.off_course(places, aims, RULES) == (False,) * 8
+    assert off_course(places, aims, SYSTEM, RULES) == (False,) * 8
     places[3, :2] -= RULES.off_course_m
-    assert closing.off_course(places, aims, RULES) == (False, False, False, True, *(False,) * 4)
+    assert off_course(places, aims, SYSTEM, RULES) == (False, False, False, True, *(False,) * 4)
 
 
 def test_a_rally_goes_to_the_last_and_gives_up_who_is_too_far():
@@ -183,10 +187,10 @@ def test_a_rally_goes_to_the_last_and_gives_up_who_is_too_far():
     places = np.tile(point, (8, 1)) + np.arange(8)[:, None] * (0.05, 0.0, 0.0)
     places[4] += (1.5, 0.0, 0.0)
     nothing = [False] * 8
-    rallied = closing.regroup([point] * 8, places, nothing, RULES)
+    rallied = regroup([point] * 8, places, nothing, SYSTEM, RULES)
     assert set(rallied) == {tuple(places[4])}
     places[1] += (0.0, RULES.regroup_reach_m + 1.0, 0.0)
-    rallied = closing.regroup([point] * 8, places, nothing, RULES)
+    rallied = regroup([point] * 8, places, nothing, SYSTEM, RULES)
     assert rallied[1] == tuple(places[1])
     assert {rallied[m] for m in range(8) if m != 1} == {tuple(places[4])}
-    assert closing.regroup([point] * 8, places, [True] * 8, RULES) is None
+    assert regroup([point] * 8, places, [True] * 8, SYSTEM, RULES) is None

@@ -11,15 +11,18 @@ from tethernet_control.law_numbers import law_numbers
 from tethernet_core.mission import Mission, Mode, Phase, abort, arm, launch
 from tethernet_core.parameters import load
 from tethernet_core.settings import ControlParameters, MissionParameters, paper
+from tethernet_core.system import load_system
 from tethernet_planner.mission_rules import advance
 
 # An MU that is held where it is, as in most of these tests, burns more than it has on board.
-CONTROL, RULES = dataclasses.replace(paper(ControlParameters), propellant_kg=10.0), paper(MissionParameters)
+CONTROL, RULES = paper(ControlParameters), paper(MissionParameters)
 RELEASING = dataclasses.replace(RULES, release_docked=True)
 PERIOD = CONTROL.period_ns
 DEBRIS = (0.0, 0.0, -50.0)
 STILL = (0.0, 0.0, 0.0)
 START = (0.55, 0.55, -1.5)
+
+UNIT = dataclasses.replace(load_system("zenit_8mu").units[3], propellant_kg=1.0)
 
 
 def launched(mus=8, launch_ns=0):
@@ -27,11 +30,12 @@ def launched(mus=8, launch_ns=0):
 
 
 def closing(mission, tick):
-    return advance(mission, tick * PERIOD, DEBRIS, DEBRIS, RULES, CONTROL)
+    system = load_system(f"zenit_{mission.mu_count}mu")
+    return advance(mission, system, tick * PERIOD, DEBRIS, DEBRIS, RULES, CONTROL)
 
 
 def controller(mission=None, aim=(12.0, 12.0, -50.0)):
-    made = MuController(4, CONTROL)
+    made = MuController(4, CONTROL, UNIT)
     if mission is not None:
         made.take_mission(mission)
         made.aim(aim, "nominal")
@@ -72,7 +76,7 @@ def test_thrust_is_the_laws():
     made = controller(launched())
     fly(made, [0])
     thrust = made.on_odometry(PERIOD, (0.5, 0.5, -1.4), (0.01, 0.0, -0.02))
-    p, integral, expected = law_numbers(CONTROL), [0.0] * 3, [0.0] * 3
+    p, integral, expected = law_numbers(CONTROL, UNIT), [0.0] * 3, [0.0] * 3
     law.pid_thrust(p, START, STILL, START, STILL, integral, 0.05, expected)
     law.pid_thrust(p, (0.5, 0.5, -1.4), (0.01, 0.0, -0.02), made.desired, STILL, integral, 0.05, expected)
     assert thrust == tuple(expected)
@@ -201,9 +205,11 @@ def test_a_docked_unit_switches_off():
     closed = closing(mission, 480)
     made.take_mission(closed)
     assert fly(made, [481, 482]) != STILL
-    almost = advance(closed, 483 * PERIOD, DEBRIS, DEBRIS, RELEASING, CONTROL, [1, 1, 1, 0, 1, 1, 1, 1])
+    almost = advance(
+        closed, load_system("zenit_8mu"), 483 * PERIOD, DEBRIS, DEBRIS, RELEASING, CONTROL, [1, 1, 1, 0, 1, 1, 1, 1]
+    )
     assert almost is closed, "the docking group has not docked as a whole"
-    done = advance(closed, 483 * PERIOD, DEBRIS, DEBRIS, RELEASING, CONTROL, [1] * 8)
+    done = advance(closed, load_system("zenit_8mu"), 483 * PERIOD, DEBRIS, DEBRIS, RELEASING, CONTROL, [1] * 8)
     assert done.docked_ns == (484 * PERIOD,) * 8
     made.take_mission(done)
     assert fly(made, [483]) != STILL, "it takes effect at the next tick, whoever hears of it when"
@@ -289,8 +295,8 @@ def test_the_longest_flight_ends_the_thrust_whatever_the_planner_says():
 
 
 def test_the_propellant_is_a_budget():
-    little = dataclasses.replace(CONTROL, propellant_kg=0.01)
-    made = MuController(4, little)
+    little = dataclasses.replace(UNIT, propellant_kg=0.01)
+    made = MuController(4, CONTROL, little)
     made.take_mission(launched())
     made.aim((12.0, 12.0, -50.0), "nominal")
     fly(made, range(400))
@@ -371,7 +377,7 @@ def test_positions_nobody_can_be_at_are_dropped():
 
 
 def test_the_tracking_error_is_the_estimates():
-    made = MuController(4, load(ControlParameters))
+    made = MuController(4, load(ControlParameters), UNIT)
     made.take_mission(launched())
     made.aim((12.0, 12.0, -50.0), "nominal")
     for tick in range(40):

@@ -10,11 +10,13 @@ from tethernet_control.controller import MuController
 from tethernet_core.mission import Mission, arm, launch
 from tethernet_core.parameters import load
 from tethernet_core.settings import ControlParameters
+from tethernet_core.system import load_system
 from tethernet_sim.lockstep import CommandBuffer
 
 CONTROL = load(ControlParameters)
 PERIOD, T = CONTROL.period_ns, CONTROL.control_period_s
 GAPS_S = (0.3, 0.35, 0.5, 1.0, 2.0, 5.0)
+UNIT = load_system("zenit_8mu").units[0]
 
 
 class Flight:
@@ -22,10 +24,10 @@ class Flight:
 
     def __init__(self, seed=1):
         self.random = np.random.default_rng(seed)
-        self.controller = MuController(1, CONTROL)
+        self.controller = MuController(1, CONTROL, UNIT)
         self.controller.take_mission(launch(arm(Mission(8), (0.0, 0.0, -50.0), "nominal"), 0))
         self.controller.aim((-12.0, -12.0, -50.0), "nominal")
-        self.book = CommandBuffer(CONTROL)
+        self.book = CommandBuffer(CONTROL, UNIT)
         self.place, self.speed = np.array([-0.55, -0.55, -1.5]), np.zeros(3)
         self.tick, self.fuel = 0, 0.0
 
@@ -40,8 +42,8 @@ class Flight:
                 thrust = self.controller.on_odometry(now, *(values.tolist() for values in sample))
                 self.book.take(now, thrust, now)
             acting = self.book.thrust(now)
-            self.fuel += law.fuel_used(acting, T, CONTROL.specific_impulse_s, CONTROL.standard_gravity_m_s2)
-            acceleration = (np.array(acting) + pull) / CONTROL.known_mass_kg
+            self.fuel += law.fuel_used(acting, T, UNIT.specific_impulse_s, CONTROL.standard_gravity_m_s2)
+            acceleration = (np.array(acting) + pull) / UNIT.mass_kg
             self.place = self.place + T * self.speed + 0.5 * T * T * acceleration
             self.speed = self.speed + T * acceleration
             self.tick += 1
@@ -69,7 +71,7 @@ def test_a_gap_is_bridged_by_the_thrust_that_acted(gap_s, begin):
     assert statistics.outliers == 0
     # What the controller has on account is what acted, but for the period that has just begun.
     last = law.fuel_used(
-        flight.book.thrust((flight.tick - 1) * PERIOD), T, CONTROL.specific_impulse_s, CONTROL.standard_gravity_m_s2
+        flight.book.thrust((flight.tick - 1) * PERIOD), T, UNIT.specific_impulse_s, CONTROL.standard_gravity_m_s2
     )
     assert statistics.fuel_kg == pytest.approx(flight.fuel - last, rel=1e-9)
 

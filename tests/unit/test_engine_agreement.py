@@ -195,7 +195,7 @@ def test_the_edge_list_flies_the_shipped_systems_like_the_grid(closing):
 
 def test_a_mission_on_the_edge_list_comes_to_the_same_verdict(monkeypatch):
     monkeypatch.setattr("tethernet_sim.world.engine_for", EdgeListEngine)
-    outcome = fly_mission(Scenario(mus=8))
+    outcome = fly_mission(Scenario("zenit_8mu"))
     assert outcome.captured
     assert outcome.locked_pairs >= 6
     assert 38.0 < outcome.end_time_s < 41.0

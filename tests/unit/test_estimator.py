@@ -13,9 +13,11 @@ from tethernet_control.law_numbers import law_numbers
 from tethernet_core.mission import Mission, arm, launch
 from tethernet_core.parameters import load
 from tethernet_core.settings import ControlParameters
+from tethernet_core.system import load_system
 
 CONTROL = load(ControlParameters)
-P = law_numbers(CONTROL)
+UNIT = load_system("zenit_8mu").units[0]
+P = law_numbers(CONTROL, UNIT)
 T = 0.05
 F = np.array([[1.0, T, 0.5 * T * T], [0.0, 1.0, T], [0.0, 0.0, 1.0]])
 IMPULSES, WALK = P.velocity_noise**2 * T, P.disturbance_noise**2 * T
@@ -78,7 +80,7 @@ def test_no_lag_on_the_ramp_under_thrust_and_a_steady_pull():
 def flying(ticks, spoil=lambda tick, position, velocity: (position, velocity), skip=()):
     """A controller in flight whose odometry is a straight ramp with noise."""
     random = np.random.default_rng(5)
-    made = MuController(1, CONTROL)
+    made = MuController(1, CONTROL, UNIT)
     made.take_mission(launch(arm(Mission(8), (0.0, 0.0, -50.0), "nominal"), 0))
     made.aim((-12.0, -12.0, -50.0), "nominal")
     thrusts = []
@@ -125,7 +127,7 @@ def test_a_gap_is_bridged_and_the_estimate_admits_it():
 
 
 def test_raw_samples_stay_available():
-    made = MuController(1, load(ControlParameters, {"estimator": "raw"}))
+    made = MuController(1, load(ControlParameters, {"estimator": "raw"}), UNIT)
     made.take_mission(launch(arm(Mission(8), (0.0, 0.0, -50.0), "nominal"), 0))
     made.aim((-12.0, -12.0, -50.0), "nominal")
     made.on_odometry(0, (0.0, 0.0, -1.5), (0.1, 0.0, 0.0))

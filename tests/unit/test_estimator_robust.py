@@ -11,9 +11,11 @@ from tethernet_control.law_numbers import law_numbers
 from tethernet_core.mission import Mission, arm, launch
 from tethernet_core.parameters import load
 from tethernet_core.settings import ControlParameters
+from tethernet_core.system import load_system
 
 CONTROL = load(ControlParameters)
-P = law_numbers(CONTROL)
+UNIT = load_system("zenit_8mu").units[0]
+P = law_numbers(CONTROL, UNIT)
 T = CONTROL.control_period_s
 SPEED = np.array([0.5, 0.4, -2.0])
 RECOVERY = 32
@@ -98,13 +100,12 @@ def test_a_covariance_that_rounding_has_spoilt_begins_anew():
 @pytest.mark.parametrize("kind", RUBBISH)
 def test_a_controller_outlives_rubbish(kind, sigma):
     random = np.random.default_rng(len(kind))
-    made = MuController(
-        1, load(ControlParameters, {"position_sigma_m": sigma, "velocity_sigma_m_s": sigma, "velocity_noise": 0.0})
-    )
+    noise = {"position_sigma_m": sigma, "velocity_sigma_m_s": sigma, "velocity_noise": 0.0}
+    made = MuController(1, load(ControlParameters, noise), UNIT)
     made.take_mission(launch(arm(Mission(8), (0.0, 0.0, -50.0), "nominal"), 0))
     made.aim((12.0, 12.0, -50.0), "nominal")
     for tick in range(300):
         sample = RUBBISH[kind](random, tick) if 100 <= tick < 140 else good(random, tick)
         thrust = made.on_odometry(tick * CONTROL.period_ns, *sample)
-        assert thrust is None or max(map(abs, thrust)) <= CONTROL.thrust_limit_n
+        assert thrust is None or max(map(abs, thrust)) <= UNIT.thrust_limit_n
         assert math.isfinite(made.statistics.position_sigma_m)

@@ -10,9 +10,11 @@ from tethernet_control import estimator, law
 from tethernet_control.law_numbers import law_numbers
 from tethernet_core.parameters import load
 from tethernet_core.settings import ControlParameters, paper
+from tethernet_core.system import load_system
 
-PAPER = law_numbers(paper(ControlParameters))
-OURS = law_numbers(load(ControlParameters))
+UNIT = load_system("zenit_8mu").units[0]
+PAPER = law_numbers(paper(ControlParameters), UNIT)
+OURS = law_numbers(load(ControlParameters), UNIT)
 START, AIM, CLOSE = (1.0, 2.0, -1.0), (11.0, -8.0, -51.0), (0.0, 0.0, -60.0)
 
 
@@ -157,8 +159,8 @@ def test_the_papers_parameters():
     p = paper(ControlParameters)
     assert (p.estimator, p.feed_forward, p.ramp_time_s, p.dead_band_n) == ("raw", False, 0.0, 0.0)
     assert p.follow_through_m == 0.0
-    assert (p.kp, p.ki, p.kd, p.thrust_limit_n) == (10.0, 6.0, 6.0, 5.1)
-    assert (p.control_period_s, p.deployment_time_s, p.specific_impulse_s) == (0.05, 25.0, 60.0)
+    assert (p.kp, p.ki, p.kd, UNIT.thrust_limit_n) == (10.0, 6.0, 6.0, 5.1)
+    assert (p.control_period_s, p.deployment_time_s, UNIT.specific_impulse_s) == (0.05, 25.0, 60.0)
     assert 3.0 * p.position_sigma_m == pytest.approx(0.1)
     assert p.period_ns == 50_000_000
 

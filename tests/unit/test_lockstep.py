@@ -8,6 +8,7 @@ import pytest
 
 from tethernet_core.parameters import load
 from tethernet_core.settings import ControlParameters
+from tethernet_core.system import load_system
 from tethernet_sim.lockstep import ZERO, Barrier, CommandBuffer
 
 TICK = 50_000_000
@@ -15,7 +16,7 @@ TICK = 50_000_000
 
 @pytest.fixture
 def book() -> CommandBuffer:
-    return CommandBuffer(load(ControlParameters))
+    return CommandBuffer(load(ControlParameters), load_system("zenit_8mu").units[0])
 
 
 def test_the_barrier_falls_with_the_last_answer():

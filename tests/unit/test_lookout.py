@@ -2,22 +2,25 @@
 
 import numpy as np
 
-from tethernet_core.layout import design, nominal_aiming_points
+from tethernet_core.aiming import nominal_aiming_points
 from tethernet_core.parameters import load
 from tethernet_core.settings import ControlParameters, MissionParameters
+from tethernet_core.system import load_system
 from tethernet_planner.closing_watch import ClosingWatch
 
 CONTROL, RULES = load(ControlParameters), load(MissionParameters)
+EIGHT, FOUR = load_system("zenit_8mu"), load_system("zenit_4mu")
 DEBRIS = (0.0, 0.0, -50.0)
 MOTION = (DEBRIS, (0.0, 0.0, 0.0, 1.0), (0.0,) * 3, (0.0,) * 3)
-MOUTH = np.array(nominal_aiming_points(8, DEBRIS))
+MOUTH = np.array(nominal_aiming_points(EIGHT, DEBRIS))
 SECOND = 10**9
 
 
-def closing_watch(mus=8):
-    made = ClosingWatch(mus, RULES, CONTROL)
+def closing_watch(system=EIGHT):
+    mus = system.unit_count
+    made = ClosingWatch(system, RULES, CONTROL)
     made.debris = lambda: MOTION
-    made.aiming_points = nominal_aiming_points(mus, DEBRIS)
+    made.aiming_points = nominal_aiming_points(system, DEBRIS)
     made.saw_mus(20 * SECOND, MOUTH[:mus], np.zeros((mus, 3)))
     return made
 
@@ -51,8 +54,7 @@ def test_nothing_is_told_where_too_little_is_known():
     assert made.look() is None, "one was never heard of"
     made.saw_mus(20 * SECOND, np.full((8, 3), np.nan), np.zeros((8, 3)))
     assert made.look() is None
-    assert closing_watch(4).look() is None, "winches close the net"
-    assert not design(4).closes_by_docking
+    assert closing_watch(FOUR).look() is None, "winches close the net"
 
 
 def test_a_status_from_the_future_does_not_hide_that_its_controller_dies():

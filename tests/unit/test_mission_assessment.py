@@ -7,17 +7,19 @@ import math
 import numpy as np
 import pytest
 
-from tethernet_core.capture_quality import QualityParameters, hull_quality
+from tethernet_core.capture_quality import hull_quality
 from tethernet_core.mission import Mission, abort, arm, launch
 from tethernet_core.parameters import load
 from tethernet_core.settings import ControlParameters, MissionParameters
+from tethernet_core.system import load_system
 from tethernet_planner import predictors as prediction
 from tethernet_planner.assessment import CaptureAssessor, Stage
 from tethernet_planner.inference.net_sample import FROM_MUS, NetSample
 from tethernet_planner.inference.prediction import Prediction
 from tethernet_planner.mission_rules import advance
 
-CONTROL, RULES, QUALITY = load(ControlParameters), load(MissionParameters), load(QualityParameters)
+CONTROL, RULES = load(ControlParameters), load(MissionParameters)
+SYSTEM = {mus: load_system(f"zenit_{mus}mu") for mus in (4, 8)}
 PERIOD = CONTROL.period_ns
 DEBRIS, FAR = (0.0, 0.0, -50.0), (0.0, 0.0, -10.0)
 
@@ -42,11 +44,11 @@ def launched(mus=8):
 
 
 def closed(tick=480, mus=8):
-    return advance(launched(mus), tick * PERIOD, DEBRIS, DEBRIS, RULES, CONTROL)
+    return advance(launched(mus), SYSTEM[mus], tick * PERIOD, DEBRIS, DEBRIS, RULES, CONTROL)
 
 
 def assessor(mission=None, mus=8, every=10, **options):
-    made = CaptureAssessor(mus, CONTROL, QUALITY, every, **options)
+    made = CaptureAssessor(SYSTEM[mus], CONTROL, every, **options)
     if mission is not None:
         assert made.take_mission(mission) == []
     return made
@@ -94,7 +96,7 @@ def test_numbers_are_those_of_the_hull():
     expected = 0.1 * (159.9 - 125.0) / 159.9 + 0.1 * (150.0 - 59.9) / 59.9 + 0.8 * 2.0 / 1.95
     assert progress.cqi == pytest.approx(expected)
     knots = cube(5.0, (0.0, 0.0, -48.0))
-    assert progress.cqi == hull_quality(knots, knots, (0.0, 0.0, -48.0), DEBRIS, QUALITY).cqi
+    assert progress.cqi == hull_quality(knots, knots, (0.0, 0.0, -48.0), DEBRIS, SYSTEM[8]).cqi
 
 
 @pytest.mark.parametrize(
@@ -120,8 +122,8 @@ def test_verdict(side, center, locked, mus, captured, words):
 def test_the_centre_of_mass_of_knots_or_of_all_decides_as_the_parameter_says():
     found = {}
     for word in ("knots", "all"):
-        quality = load(QualityParameters, {"center_of_mass": word})
-        made = CaptureAssessor(8, CONTROL, quality, 100000)
+        system = load_system("zenit_8mu", {"capture.center_of_mass": word})
+        made = CaptureAssessor(system, CONTROL, 100000)
         assert made.take_mission(closed()) == []
         made.take_sample(sample(481))
         beside = dataclasses.replace(sample(781), center_all=(0.0, 0.0, -42.0))
@@ -138,7 +140,7 @@ def test_the_centre_of_mass_of_knots_or_of_all_decides_as_the_parameter_says():
 def test_missed():
     made = assessor(launched(), every=100000)
     made.take_sample(sample(800, center=FAR, locked=0))
-    [final] = made.take_mission(advance(launched(), 800 * PERIOD, FAR, DEBRIS, RULES, CONTROL))
+    [final] = made.take_mission(advance(launched(), SYSTEM[8], 800 * PERIOD, FAR, DEBRIS, RULES, CONTROL))
     assert (final.stage, final.stamp_ns, final.captured) == (Stage.FINAL, 800 * PERIOD, False)
     assert final.verdict.startswith("missed: the net did not come within 2.5 m")
 
@@ -172,7 +174,7 @@ def test_a_verdict_comes_although_the_last_sample_was_lost():
     made = assessor(closed(), every=100000, clock=lambda: now[0])
     made.take_sample(sample(481))
     made.take_sample(sample(779, locked=7))
-    over = advance(made.mission, 781 * PERIOD, DEBRIS, DEBRIS, RULES, CONTROL)
+    over = advance(made.mission, SYSTEM[8], 781 * PERIOD, DEBRIS, DEBRIS, RULES, CONTROL)
     assert made.take_mission(over) == []
     assert made.overdue() == []
     now[0] = 2.0
@@ -185,7 +187,7 @@ def test_a_verdict_comes_although_the_last_sample_was_lost():
 def test_a_verdict_comes_although_no_sample_ever_came():
     now = [0.0]
     made = assessor(closed(), clock=lambda: now[0])
-    made.take_mission(advance(made.mission, 781 * PERIOD, DEBRIS, DEBRIS, RULES, CONTROL))
+    made.take_mission(advance(made.mission, SYSTEM[8], 781 * PERIOD, DEBRIS, DEBRIS, RULES, CONTROL))
     now[0] = 2.0
     [final] = made.overdue()
     assert not final.captured

@@ -5,21 +5,25 @@ import math
 import numpy as np
 import pytest
 
-from tethernet_core.layout import design
 from tethernet_core.mission import Mission, Phase, abort, arm, launch
 from tethernet_core.parameters import load
 from tethernet_core.settings import ControlParameters, MissionParameters, paper
+from tethernet_core.system import load_system
 from tethernet_planner import closing
-from tethernet_planner.closing import closing_situation
-from tethernet_planner.mission_rules import advance, check_debris_position, docked_mus, triggered
+from tethernet_planner.closing_situation import closing_situation
+from tethernet_planner.docking_groups import docked_mus
+from tethernet_planner.mission_rules import advance, check_debris_position, triggered
 
 CONTROL, RULES = paper(ControlParameters), paper(MissionParameters)
 PERIOD = CONTROL.period_ns
 DEBRIS, FAR, NEAR = (1.0, -2.0, -50.0), (1.0, -2.0, -40.0), (1.0, -2.0, -47.6)
 
 
-def step(mission, tick, net):
-    return advance(mission, tick * PERIOD, net, DEBRIS, RULES, CONTROL)
+EIGHT, FOUR = load_system("zenit_8mu"), load_system("zenit_4mu")
+
+
+def step(mission, tick, net, system=EIGHT):
+    return advance(mission, system, tick * PERIOD, net, DEBRIS, RULES, CONTROL)
 
 
 def launched(mus=8):
@@ -58,7 +62,7 @@ def test_a_trigger_takes_effect_at_the_next_tick():
 
 
 def test_winches_need_no_closing_points():
-    assert step(launched(4), 480, NEAR).closing_points == ()
+    assert step(launched(4), 480, NEAR, FOUR).closing_points == ()
 
 
 def test_gives_up_in_the_end():
@@ -103,16 +107,16 @@ def test_a_bunch_is_done_when_all_its_neighbours_have_docked():
     # Pairs round the mouth: (1 5) (5 2) (2 6) (6 4) (4 8) (8 3) (3 7) (7 1)
     here, there = (0.0, 0.0, -53.0), (1.0, 0.0, -53.0)
     together = (here,) * 8
-    assert docked_mus(8, [True] * 7 + [False], together) == (False,) * 8
-    assert docked_mus(8, [True] * 8, together) == (True,) * 8
+    assert docked_mus(EIGHT, [True] * 7 + [False], together) == (False,) * 8
+    assert docked_mus(EIGHT, [True] * 8, together) == (True,) * 8
     halves = (here, here, there, there, here, here, there, there)  # 1 5 2 6 and 4 8 3 7
-    assert docked_mus(8, [1, 1, 1, 0, 1, 1, 0, 0], halves) == (True, True, False, False, True, True, False, False)
-    assert docked_mus(8, [1, 1, 1, 0, 1, 1, 1, 0], halves) == (True,) * 8
+    assert docked_mus(EIGHT, [1, 1, 1, 0, 1, 1, 0, 0], halves) == (True, True, False, False, True, True, False, False)
+    assert docked_mus(EIGHT, [1, 1, 1, 0, 1, 1, 1, 0], halves) == (True,) * 8
     left_out = (here, (9.0, 9.0, -50.0), *(here,) * 6)
-    without_2 = docked_mus(8, [1, 0, 0, 1, 1, 1, 1, 1], left_out)
+    without_2 = docked_mus(EIGHT, [1, 0, 0, 1, 1, 1, 1, 1], left_out)
     assert without_2 == (True, False, *(True,) * 6), "nobody waits for MU 2"
-    assert docked_mus(8, [], together) == (False,) * 8, "nobody knows"
-    assert docked_mus(4, [True] * 12, ()) == (False,) * 4, "winches close the net of 4 MUs"
+    assert docked_mus(EIGHT, [], together) == (False,) * 8, "nobody knows"
+    assert docked_mus(FOUR, [True] * 12, ()) == (False,) * 4, "winches close the net of 4 MUs"
 
 
 PLANNED = load(MissionParameters)
@@ -125,18 +129,18 @@ def seen(positions, **more):
 
 
 def closing_since(tick=481):
-    mission = advance(launched(), (tick - 1) * PERIOD, NEAR, DEBRIS, PLANNED, CONTROL)
+    mission = advance(launched(), EIGHT, (tick - 1) * PERIOD, NEAR, DEBRIS, PLANNED, CONTROL)
     assert mission.closing_points == ((1.0, -2.0, -56.0),) * 8, "nothing known of the attitude: the fixed place"
     return mission
 
 
 def test_the_plan_is_made_from_what_is_seen_at_the_trigger():
-    mouth = [(x, y, -50.0) for x, y in design(8).nominal_offsets]
-    planned = advance(launched(), 480 * PERIOD, NEAR, DEBRIS, PLANNED, CONTROL, look=lambda: seen(mouth))
-    plan = closing.plan(seen(mouth), PLANNED)
+    mouth = [(x, y, -50.0) for x, y in EIGHT.aiming.offsets]
+    planned = advance(launched(), EIGHT, 480 * PERIOD, NEAR, DEBRIS, PLANNED, CONTROL, look=lambda: seen(mouth))
+    plan = closing.plan(seen(mouth), EIGHT, PLANNED)
     assert (planned.closing_points, planned.closing_duration_s) == (plan.points, plan.duration_s)
     assert planned.points_ns == planned.closing_ns == 481 * PERIOD
-    printed = advance(launched(), 480 * PERIOD, NEAR, DEBRIS, RULES, CONTROL, look=lambda: seen(mouth))
+    printed = advance(launched(), EIGHT, 480 * PERIOD, NEAR, DEBRIS, RULES, CONTROL, look=lambda: seen(mouth))
     assert printed.closing_points == ((1.0, -2.0, -53.5),) * 8, "the paper's control has one fixed place"
 
 
@@ -147,7 +151,7 @@ def test_who_has_not_docked_in_time_flies_to_the_last():
     due = 481 + round(PLANNED.closing_duration_s / CONTROL.control_period_s)
 
     def at(tick, locked=ALL_BUT_ONE, mission=mission, look=lambda: seen(near)):
-        return advance(mission, tick * PERIOD, NEAR, DEBRIS, PLANNED, CONTROL, locked, look)
+        return advance(mission, EIGHT, tick * PERIOD, NEAR, DEBRIS, PLANNED, CONTROL, locked, look)
 
     assert at(due - 1) is mission
     assert at(due, [True] * 8).closing_points == mission.closing_points, "all have docked"
@@ -159,4 +163,5 @@ def test_who_has_not_docked_in_time_flies_to_the_last():
     pause = round(PLANNED.regroup_period_s / CONTROL.control_period_s)
     assert at(due + pause, mission=rallied) is rallied
     assert at(due + 1 + pause, mission=rallied).closing_points == ((2.6, -2.0, -56.0),) * 8
-    assert advance(mission, due * PERIOD, NEAR, DEBRIS, RULES, CONTROL, ALL_BUT_ONE, lambda: seen(near)) is mission
+    printed = advance(mission, EIGHT, due * PERIOD, NEAR, DEBRIS, RULES, CONTROL, ALL_BUT_ONE, lambda: seen(near))
+    assert printed is mission, "the paper has no such rule"

@@ -7,6 +7,7 @@ import pytest
 from tethernet_core.mission import Phase
 from tethernet_core.parameters import load
 from tethernet_core.settings import ControlParameters, MissionParameters
+from tethernet_core.system import load_system
 from tethernet_planner.sequencer import MissionSequencer
 
 CONTROL, RULES = load(ControlParameters), load(MissionParameters)
@@ -23,7 +24,8 @@ class Harness:
         self.said = []
         self.beats = []
         self.mus = range(1, mus + 1)
-        self.sequencer = MissionSequencer(mus, rules, CONTROL, self.publish, self.beats.append, lambda: self.now)
+        system = load_system(f"zenit_{mus}mu")
+        self.sequencer = MissionSequencer(system, rules, CONTROL, self.publish, self.beats.append, lambda: self.now)
 
     def publish(self, mission, stamp_ns, confirmed, reason):
         self.said.append((mission.phase, mission.sequence, confirmed, reason))
@@ -200,6 +202,7 @@ def test_a_clock_that_is_set_back_sets_back_the_launch():
 
 
 def test_every_state_carries_the_planners_identity():
-    sequencer = MissionSequencer(8, RULES, CONTROL, lambda *_: None, lambda _: None, mission_id=42)
+    system = load_system("zenit_8mu")
+    sequencer = MissionSequencer(system, RULES, CONTROL, lambda *_: None, lambda _: None, mission_id=42)
     sequencer.start(DEBRIS, "nominal")
     assert sequencer.mission.mission_id == 42

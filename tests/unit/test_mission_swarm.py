@@ -2,6 +2,7 @@
 
 from tethernet_core.parameters import load
 from tethernet_core.settings import ControlParameters
+from tethernet_core.system import load_system
 from tethernet_planner.swarm import DockedPairs, SwarmCentroid
 
 MS = 1_000_000
@@ -44,7 +45,7 @@ def test_an_mu_that_falls_silent_is_left_out():
 
 
 def test_pairs_dock_for_good_in_their_order_round_the_mouth():
-    pairs = DockedPairs(8, 0.5)
+    pairs = DockedPairs(load_system("zenit_8mu"))
     apart = {mu: (10.0 * mu, 0.0, 0.0) for mu in range(1, 9)}
     assert pairs.update(apart) == 0
     assert pairs.update({**apart, 5: (10.4, 0.0, 0.0)}) == 1  # 1 and 5 are neighbours
@@ -54,7 +55,7 @@ def test_pairs_dock_for_good_in_their_order_round_the_mouth():
 
 
 def test_winches_pairs_cannot_be_seen_from_the_mus():
-    assert DockedPairs(4, 0.5).update(dict.fromkeys(range(1, 5), (0.0, 0.0, 0.0))) == 0
+    assert DockedPairs(load_system("zenit_4mu")).update(dict.fromkeys(range(1, 5), (0.0, 0.0, 0.0))) == 0
 
 
 def test_those_in_step_with_the_ticks_are_waited_for_until_they_are_silent():

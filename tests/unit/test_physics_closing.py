@@ -10,9 +10,9 @@ from tests.physics import make_world
 STILL = np.zeros((1, 4, 3))
 
 
-def flat_world(**physics):
+def flat_world(hardware=None):
     """A flat net, closing, its threads just slack; the debris is far away."""
-    world = make_world(4, debris=(0.0, 0.0, -80.0), **physics)
+    world = make_world(4, debris=(0.0, 0.0, -80.0), hardware=hardware)
     state = world.state
     state.knot_pos[0, :2] *= 0.999 / world.physics.fold_factor
     state.mu_pos[0] = state.knot_pos[0][:, world.model.arrays.mu_knot].T
@@ -36,39 +36,39 @@ def kicks(world) -> np.ndarray:
 
 
 def test_a_winch_at_standstill_holds_its_thread():
-    world = flat_world(winch_speed_m_s=0.0)
+    world = flat_world({"closing.winch.speed_m_s": 0.0})
     length = side_length(world)
     stretch = 0.004
     world.state.winch_length[0, 0] -= stretch  # as if the knots had gone apart
     force = kicks(world)
     assert world.state.winch_length[0, 0] == pytest.approx(length - stretch, rel=1e-12)
-    assert force[0, 0] == pytest.approx(world.physics.winch_stiffness_n_m * stretch, rel=1e-6)
+    assert force[0, 0] == pytest.approx(world.system.closing.winch_stiffness_n_m * stretch, rel=1e-6)
 
 
 def test_a_winch_never_pulls_harder_than_it_can_and_then_slips():
     world = flat_world()
-    physics, state = world.physics, world.state
+    physics, state, closing = world.physics, world.state, world.system.closing
     length = side_length(world)
     state.winch_length[0] = 0.3 * length
     force = kicks(world)
-    assert force[0, 0] == pytest.approx(physics.winch_tension_n, rel=1e-9)
-    assert state.winch_length[0, 0] == pytest.approx(length - physics.winch_tension_n / physics.winch_stiffness_n_m)
+    assert force[0, 0] == pytest.approx(closing.winch_tension_n, rel=1e-9)
+    assert state.winch_length[0, 0] == pytest.approx(length - closing.winch_tension_n / closing.winch_stiffness_n_m)
     # The thread is slack as soon as its nodes come nearer than that, and must be taken in first.
     state.knot_vel[0], state.knot_pos[0, 0] = 0.0, 0.99 * state.knot_pos[0, 0]
     before = state.winch_length[0, 0]
     assert not kicks(world)[[7, 15]].any()
-    assert before - state.winch_length[0, 0] == pytest.approx(2.0 * physics.winch_speed_m_s * physics.time_step_s)
+    assert before - state.winch_length[0, 0] == pytest.approx(2.0 * closing.winch_speed_m_s * physics.time_step_s)
 
 
 def test_the_thread_slides_through_its_nodes():
     """One tension all along: the nodes between feel it only where the thread bends."""
-    world = flat_world(winch_speed_m_s=0.0)
+    world = flat_world({"closing.winch.speed_m_s": 0.0})
     state = world.state
     state.knot_pos[0, 1, 7] += 0.02  # node 7 lies beside the side's line
     state.winch_length[0, 0] = side_length(world) - 0.005
     force = kicks(world)
     first, middle, second, last = (state.knot_pos[0, :, knot] for knot in (0, 7, 15, 22))
-    tension = world.physics.winch_stiffness_n_m * 0.005
+    tension = world.system.closing.winch_stiffness_n_m * 0.005
     into, out = (middle - first) / np.linalg.norm(middle - first), (second - middle) / np.linalg.norm(second - middle)
     assert np.allclose(force[0], tension * into, atol=1e-2)
     assert np.allclose(force[7], tension * (out - into), atol=1e-2)
@@ -77,7 +77,7 @@ def test_the_thread_slides_through_its_nodes():
 
 
 def test_a_pair_that_comes_near_locks_without_a_jerk():
-    world = flat_world(winch_speed_m_s=0.0)
+    world = flat_world({"closing.winch.speed_m_s": 0.0})
     state = world.state
     state.winch_length[0, 0] = side_length(world) - 0.004
     state.knot_pos[0, :, 7] = state.knot_pos[0, :, 15] - np.array([0.49, 0.0, 0.0])
@@ -87,7 +87,7 @@ def test_a_pair_that_comes_near_locks_without_a_jerk():
     assert state.locked[0].tolist() == [False, True] + [False] * 10
     assert state.pair_length[0, 1] == pytest.approx(0.49)
     assert state.winch_length[0, 0] == pytest.approx(before - 0.49 - 0.004, abs=1e-9), "the thread's tension stays"
-    assert force[0, 0] == pytest.approx(world.physics.winch_stiffness_n_m * 0.004, rel=1e-6)
+    assert force[0, 0] == pytest.approx(world.system.closing.winch_stiffness_n_m * 0.004, rel=1e-6)
 
 
 def test_a_docked_pair_is_drawn_in_by_a_motor_that_can_stall():
@@ -104,14 +104,14 @@ def test_a_docked_pair_is_drawn_in_by_a_motor_that_can_stall():
     for _ in range(200):
         state.mu_pos[0, 4], state.mu_vel[0] = state.mu_pos[0, 0] + (0.4, 0.0, 0.0), 0.0
         world.advance(zero)
-    least = 0.4 - physics.joint_pull_n / physics.joint_stiffness_n_m
+    least = 0.4 - world.system.closing.pull_n / physics.joint_stiffness_n_m
     assert state.pair_length[0, 0] == pytest.approx(least, abs=1e-9)
     # Torn: the motor stands still and the joint holds, without limit.
     state.mu_pos[0, 4], state.mu_vel[0] = state.mu_pos[0, 0] + (0.45, 0.0, 0.0), 0.0
     world.advance(zero)
     assert state.pair_length[0, 0] == pytest.approx(least, abs=1e-9)
     pull = physics.joint_stiffness_n_m * (0.45 - least)
-    assert state.mu_vel[0, 0, 0] == pytest.approx(physics.time_step_s * pull / physics.mu_mass_kg, rel=1e-9)
+    assert state.mu_vel[0, 0, 0] == pytest.approx(physics.time_step_s * pull / world.system.units[0].mass_kg, rel=1e-9)
     # Free: it comes together.
     for _ in range(40000):
         world.advance(zero)

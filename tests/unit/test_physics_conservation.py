@@ -46,7 +46,7 @@ def closed(mus: int, pairs: int) -> World:
         if not found and world.state.closing[0] and world.state.locked[0].sum() >= pairs:
             found.append(world.state.copy())
 
-    fly(Scenario(mus=mus, debris_rate=(0.02, 0.03, 0.0)), None, look)
+    fly(Scenario(f"zenit_{mus}mu", debris_rate=(0.02, 0.03, 0.0)), None, look)
     world = make_world(mus)
     world.state = found[0]
     return world
@@ -71,7 +71,7 @@ def test_angular_momentum_is_conserved_to_rounding_while_pairs_lock(mus, pairs):
 @pytest.mark.parametrize("seed", [0, 1])
 def test_energy_never_grows_without_thrust(mus, seed):
     # The winch is a motor; it stands still here and holds its thread. Threads, tether, contact, friction are at work.
-    world = flying_net(mus, closing=True, seed=seed, winch_speed_m_s=0.0)
+    world = flying_net(mus, closing=True, seed=seed, hardware={"closing.winch.speed_m_s": 0.0} if mus == 4 else None)
     energies = [energy(world)]
     touched, held = 0, 0.0
     for _ in coast(world, 160):
@@ -91,13 +91,13 @@ def winch_pull(world: World) -> float:
     state, pairs = world.state, world.model.arrays.pairs
     span = np.linalg.norm(state.knot_pos[0][:, pairs[:, 1]] - state.knot_pos[0][:, pairs[:, 0]], axis=0)
     free = np.where(state.locked[0], 0.0, span).reshape(world.model.winch_threads, -1).sum(axis=1)
-    return float(world.physics.winch_stiffness_n_m * (free - state.winch_length[0]).max())
+    return float(world.system.closing.winch_stiffness_n_m * (free - state.winch_length[0]).max())
 
 
 def test_without_damping_and_friction_energy_stays():
     # A net that meets nothing, undamped: energy moves between springs and knots only. The small step keeps the
     # symplectic method's own oscillation of the energy, which shrinks with it, below the bound.
-    world = flying_net(8, closing=False, thread_damping_ratio=0.0, time_step_s=1e-5)
+    world = flying_net(8, closing=False, hardware={"net.thread.damping_ratio": 0.0}, time_step_s=1e-5)
     world.state.bodies[0, 0, 2] = -80.0
     before = energy(world)
     for _ in coast(world, 20):

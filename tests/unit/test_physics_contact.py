@@ -9,7 +9,6 @@ from scipy.spatial.transform import Rotation
 from tests.physics import coast, make_world
 from tethernet_sim.kernels import contact
 from tethernet_sim.kernels.rows import row_width
-from tethernet_sim.model import KNOTS
 
 N = make_world(8).model.numbers
 INTERIOR = 24
@@ -122,7 +121,7 @@ def test_a_knot_bounces_as_its_own_mass_does(knot):
     """Corner, rim and middle: each is damped by the same share of its own critical damping."""
     world = make_world(4, debris=(0.0, 0.0, -50.0), attitude=(0.0, 0.0, 0.0, 1.0), time_step_s=2e-6)
     state, physics = world.state, world.physics
-    others = np.arange(KNOTS) != knot
+    others = np.arange(world.model.numbers.knots) != knot
     state.knot_pos[0][:, others] = np.array([0.0, 0.3, -44.0])[:, None]  # slack threads, nobody else near
     state.mu_pos[0] = (0.0, 0.3, -44.0)
     state.knot_pos[0, :, knot] = 0.0, 0.0, -50.0 + N.debris_half_length + N.knot_radius + 1e-5
@@ -180,7 +179,7 @@ def test_all_contacts_at_once_equal_the_law_of_each_particle():
 
     knot_pos, knot_vel = np.zeros((3, room)), np.zeros((3, room))
     knot_pos[:, :count], knot_vel[:, :count] = position[:count].T, velocity[:count].T
-    near = np.concatenate([np.arange(count), KNOTS + np.arange(mus)]).astype(np.uint32)
+    near = np.concatenate([np.arange(count), 529 + np.arange(mus)]).astype(np.uint32)
     held, touching, work = np.zeros((3, room)), np.zeros(room, np.uint32), np.zeros(contact.ROWS * room)
     held[:, : count + mus] = bristles.T
     knots, found = contact.find_touching(
@@ -192,10 +191,10 @@ def test_all_contacts_at_once_equal_the_law_of_each_particle():
     )  # fmt: skip
     force, torque, mu_force = np.zeros(3), np.zeros(3), np.zeros((mus, 3))
     touched = contact.contact_forces(work, filled, debris, matrix, rate, N, force, torque)
-    contact.react(near, held, touching, knots, found, work, np.full(count, 0.1), KNOTS, knot_vel, mu_force)
+    contact.react(near, held, touching, knots, found, work, np.full(count, 0.1), 529, knot_vel, mu_force)
 
     size = np.where(np.arange(count + mus) < count, N.knot_radius, N.mu_radius)
-    damping = np.concatenate([DAMPING[:count], DAMPING[KNOTS:]])
+    damping = np.concatenate([DAMPING[:count], DAMPING[529:]])
     rows = zip(position, velocity, bristles, size, damping, strict=True)
     law = [law_of_one(*row, debris, matrix, rate) for row in rows]
     forces, kept, touches = (np.array(part) for part in zip(*law, strict=True))

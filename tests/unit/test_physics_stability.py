@@ -10,9 +10,10 @@ import pytest
 from tests.physics import make_world
 from tethernet_core.parameters import ParameterError, load
 from tethernet_core.settings import ControlParameters
+from tethernet_core.system import load_system, shipped_systems
 from tethernet_sim.fly import Settings
 from tethernet_sim.settings import PhysicsParameters
-from tethernet_sim.stability import Springs, largest_step, largest_step_of, net_springs
+from tethernet_sim.stability import Springs, largest_step_of, net_springs
 
 
 def grows(stiffness: float, damping: float, step: float) -> bool:
@@ -38,9 +39,9 @@ def test_the_limit_of_one_mass_is_where_it_begins_to_diverge(damping):
 
 def test_the_bound_of_the_whole_net_is_its_largest_eigenvalue():
     world = make_world(8)
-    model, physics = world.model, world.physics
+    model = world.model
     mass, stiffness, damping = (
-        model.arrays.knot_mass, physics.thread_stiffness_n_m, physics.thread_damping_n_s_m,
+        model.arrays.knot_mass, world.system.net.thread_stiffness[0], world.system.net.thread_damping[0],
     )  # fmt: skip
     matrix = np.zeros((529, 529))
     index = np.arange(529).reshape(23, 23)
@@ -80,40 +81,53 @@ def test_a_collapsed_taut_net_is_what_sets_the_limit():
     assert collapsed(1.25e-4) > 2e-5
 
 
-def test_the_default_step_has_a_margin_for_both_designs():
+@pytest.mark.parametrize("name", ["zenit_4mu", "zenit_8mu"])
+def test_the_default_step_has_a_margin(name):
     physics = load(PhysicsParameters)
-    for mus in (4, 8):
-        assert largest_step(make_world(mus).model) >= largest_step_of(physics)
-    assert physics.time_step_s < 0.997 * largest_step_of(physics)
+    assert physics.time_step_s < 0.997 * largest_step_of(load_system(name), physics)
+
+
+@pytest.mark.parametrize("name", shipped_systems())
+def test_every_shipped_system_is_stable_with_its_own_step(name):
+    system = load_system(name)
+    physics = Settings.load(system).physics
+    assert physics.time_step_s < largest_step_of(system, physics)
 
 
 @pytest.mark.parametrize(
-    "values",
+    ("hardware", "values"),
     [
-        {"thread_modulus_pa": 1.4e11}, {"thread_damping_ratio": 0.5}, {"contact_stiffness_n_m": 1e5},
-        {"thread_density_kg_m3": 500.0}, {"time_step_s": 1.25e-4}, {"winch_stiffness_n_m": 2e4},
-        {"joint_stiffness_n_m": 2e4, "joint_damping_ratio": 1.0},
-        {"tether_damping_n_s_m": 10.0},
+        ({"net.thread.modulus_pa": 1.4e11}, {}), ({"net.thread.damping_ratio": 0.5}, {}),
+        ({"net.thread.density_kg_m3": 500.0}, {}), ({"closing.winch.stiffness_n_m": 2e4}, {}),
+        ({"tether.damping_n_s_m": 10.0}, {}), ({"net.square.mesh_m": 0.5}, {}),
+        ({}, {"contact_stiffness_n_m": 1e5}), ({}, {"time_step_s": 1.25e-4}),
+        ({}, {"joint_stiffness_n_m": 2e4, "joint_damping_ratio": 1.0}),
     ],
 )  # fmt: skip
-def test_what_would_diverge_is_refused_with_the_step_that_is_allowed(values):
-    with pytest.raises(ParameterError, match=r"\.time_step_s = .*unstable.*allowed: at most") as refused:
-        Settings.load(physics=values)
+def test_what_would_diverge_is_refused_with_the_step_that_is_allowed(hardware, values):
+    system = load_system("zenit_4mu", hardware)
+    with pytest.raises(ParameterError, match=r"\.time_step_s = .*unstable.*zenit_4mu.*allowed: at most") as refused:
+        Settings.load(system, physics=values)
     largest = float(str(refused.value).split("at most ")[1].split(" s")[0])
     period = load(ControlParameters).control_period_s
-    Settings.load(physics={**values, "time_step_s": period / math.ceil(period / largest)})
+    Settings.load(system, physics={**values, "time_step_s": period / math.ceil(period / largest)})
 
 
-def test_a_net_of_another_mesh_is_refused():
-    with pytest.raises(ParameterError, match=r"mesh_m = 0.5: .*allowed: 1 m"):
-        Settings.load(physics={"mesh_m": 0.5})
+@pytest.mark.parametrize(
+    ("subsystem", "name", "entry"),
+    [
+        ("physics", "mesh_m", "net.square.mesh_m"), ("physics", "debris_radius_m", "debris.shape.radius_m"),
+        ("control", "thrust_limit_n", "unit.thrust_limit_n"), ("mission", "docking_distance_m", "closing.docking"),
+    ],
+)  # fmt: skip
+def test_a_parameter_that_describes_hardware_is_refused_with_its_entry(subsystem, name, entry):
+    with pytest.raises(ParameterError, match=f"'{name}' any more: it is {entry}.* of the system"):
+        Settings.load(**{subsystem: {name: 1.0}})
 
 
-@pytest.mark.parametrize(("body", "target"), [("radius", "target_radius_m"), ("length", "target_length_m")])
-def test_a_debris_of_another_size_than_planned_for_is_refused(body, target):
-    with pytest.raises(ParameterError, match=f"debris_{body}_m = 1.5, .*{target}"):
-        Settings.load(physics={f"debris_{body}_m": 1.5})
-    Settings.load(physics={f"debris_{body}_m": 1.5}, mission={target: 1.5})
+def test_an_unknown_subsystem_is_refused():
+    with pytest.raises(ParameterError, match=r"'quality'.*allowed: physics, control, mission"):
+        Settings.load(quality={"cqi_threshold": 2.0})
 
 
 def test_a_step_that_does_not_divide_the_control_period_is_refused():

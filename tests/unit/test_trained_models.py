@@ -92,7 +92,7 @@ def test_outside_the_trained_bounds_the_nominal_points_stand_in_and_it_is_said(s
     assert plan.points == nominal_aiming_points(8, far)
     assert plan.policy == "nominal (fallback)"
     assert "policy rl was not trained for it (debris at (9.5, 0, -50) m; trained: x and y from -9 to 9" in plan.message
-    near, away = aim([Case(Scenario(mus=8, debris_position=place), "") for place in (DEBRIS, far)], "rl")
+    near, away = aim([Case(Scenario("zenit_8mu", debris_position=place), "") for place in (DEBRIS, far)], "rl")
     assert (near.policy, away.policy) == ("rl", "nominal (fallback)")
     assert near.scenario.aiming_offsets[0] == pytest.approx((0.5, -0.3))
     assert away.scenario.aiming_offsets is None
@@ -102,7 +102,7 @@ def test_in_process_and_by_service_the_mus_are_sent_to_the_same_bits(shipped):
     tiny_models.policy(shipped_models.place("policy", 8), 8, 0.1, -4.7)
     for seed in range(20):
         place = tuple(np.round(np.random.default_rng(seed).uniform((-9, -9, -60), (9, 9, -40)), 1).tolist())
-        [case] = aim([Case(Scenario(mus=8, debris_position=place), "")], "rl")
+        [case] = aim([Case(Scenario("zenit_8mu", debris_position=place), "")], "rl")
         assert case.scenario.aiming_points().tolist() == [list(p) for p in policies.aiming_points("rl", 8, place)]
 
 

@@ -13,6 +13,7 @@ from tethernet_core.mission import Mission, Mode, Phase, Point, as_point, second
 from tethernet_core.mission_gate import MissionGate
 from tethernet_core.settings import NANOSECOND_S, ControlParameters
 from tethernet_core.step_guard import StampGuard, Step
+from tethernet_core.system import Unit
 
 ZERO = (0.0, 0.0, 0.0)
 _FARTHEST = FARTHEST_M
@@ -52,13 +53,15 @@ class MuController:
     watchdog, whose caller decides when odometry is late.
     """
 
-    def __init__(self, mu: int, parameters: ControlParameters):
+    def __init__(self, mu: int, parameters: ControlParameters, unit: Unit):
         """Args:
-        mu: number of the MU, 1..8.
-        parameters: gains, limits, periods.
+        mu: number of the unit, from 1.
+        parameters: gains, periods.
+        unit: its mass, thrusters and propellant.
         """
         self.mu = mu
         self.parameters = parameters
+        self.unit = unit
         self.mode = Mode.IDLE
         self.statistics = ControllerStatistics()
         self.aiming_point: Point | None = None
@@ -67,12 +70,12 @@ class MuController:
         self.stamp_ns: int | None = None
         self.dropped_because = ""
         """Why the newest dropped sample was."""
-        self._gate = MissionGate(Mission(mu_count=8))
+        self._gate = MissionGate(Mission(mu_count=mu))
         self._clock, self._beats = StampGuard(parameters), StampGuard(parameters)
         self._planner_ns: int | None = None
         self._start: list[float] | None = None
         self._close_before: tuple[Point, ...] = ()
-        self._law = law_numbers(parameters)
+        self._law = law_numbers(parameters, unit)
         self._state = [0.0] * 9
         self._covariance = [0.0] * 6
         self._integral = [0.0, 0.0, 0.0]
@@ -93,7 +96,7 @@ class MuController:
     @property
     def propellant_kg(self) -> float:
         """What is left on board [kg]."""
-        return max(0.0, self.parameters.propellant_kg - self.statistics.fuel_kg)
+        return max(0.0, self.unit.propellant_kg - self.statistics.fuel_kg)
 
     def take_mission(self, mission: Mission) -> bool:
         """Take over a newer state of the mission.
@@ -217,7 +220,7 @@ class MuController:
 
     def _burn(self, duration: float) -> None:
         p = self.parameters
-        used = law.fuel_used(self._thrust, duration, p.specific_impulse_s, p.standard_gravity_m_s2)
+        used = law.fuel_used(self._thrust, duration, self.unit.specific_impulse_s, p.standard_gravity_m_s2)
         self.statistics.fuel_kg += used
         # The interval being booked began at the last sample: before closing it counts for the trigger too.
         if not self.mission.closing or self.stamp_ns is None or self.stamp_ns < self.mission.closing_ns:
@@ -268,11 +271,13 @@ class MuController:
             return
         if self._start is None:
             self._start = [float(value) for value in position]
-        closing_elapsed = seconds_between(mission.closing_ns, stamp_ns) if mission.closing else -1.0
+        closing_elapsed = -1.0
+        if mission.closing and not mission.units_fly_on:
+            closing_elapsed = seconds_between(mission.closing_ns, stamp_ns)
         if closing_elapsed >= 0.0 and (mission.docked(self.mu, stamp_ns) or not mission.closing_points):
             self._stop(Mode.OFF)
             return
-        if self.statistics.fuel_kg >= self.parameters.propellant_kg:
+        if self.statistics.fuel_kg >= self.unit.propellant_kg:
             self._stop(Mode.EMPTY)
             return
         if self._planner_lost(stamp_ns):
@@ -285,7 +290,7 @@ class MuController:
         close = points[self.mu - 1] if points else aim
         if law.command(
             self._law, elapsed, closing_elapsed,
-            mission.closing_duration_s if mission.closing else 1.0, period, position, velocity,
+            mission.closing_duration_s if closing_elapsed >= 0.0 else 1.0, period, position, velocity,
             self._start, aim, close, self._state, self._integral, self._carry,
             self._thrust, self.desired, self._speed,
         ):  # fmt: skip

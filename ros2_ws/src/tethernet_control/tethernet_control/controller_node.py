@@ -24,7 +24,8 @@ from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
 
 from tethernet_control.controller import ZERO, MuController
-from tethernet_core.layout import FALLBACK, nominal_aiming_points
+from tethernet_core.aiming import FALLBACK, nominal_aiming_points
+from tethernet_core.layout import system_of
 from tethernet_core.mission import Mode, Phase
 from tethernet_core.parameters import parameter
 from tethernet_core.settings import NANOSECOND_S, ControlParameters
@@ -68,7 +69,7 @@ class ControllerNode(Node):
         super().__init__(name, **NODE_OPTIONS)
         identity, self._settings = declare(self, *self.PARAMETERS)
         self._mu = identity.mu
-        self._controller = MuController(identity.mu, self._settings)
+        self._controller = MuController(identity.mu, self._settings, system_of(8).units[identity.mu - 1])
         self._period_s = self._settings.control_period_s
         self._patience_s = self._settings.watchdog_periods * self._period_s * identity.watchdog_wall_factor
         self._echo = 0
@@ -113,7 +114,7 @@ class ControllerNode(Node):
         p = self._settings
         why = {
             Mode.NO_PLANNER: f"no news of the planner for {p.planner_timeout_s:g} s: zero thrust until it is back",
-            Mode.EMPTY: f"the propellant of {p.propellant_kg:g} kg is used up: thrust off",
+            Mode.EMPTY: f"the propellant of {self._controller.unit.propellant_kg:g} kg is used up: thrust off",
         }.get(self._controller.mode)
         if why:
             self.get_logger().error(why)
@@ -183,7 +184,7 @@ class ControllerNode(Node):
     def _fall_back(self, why: str) -> None:
         self.get_logger().warning(f"{why}; flying to the nominal aiming point")
         mission = self._controller.mission
-        self._aim(nominal_aiming_points(mission.mu_count, mission.debris_position)[self._mu - 1], FALLBACK)
+        self._aim(nominal_aiming_points(system_of(mission.mu_count), mission.debris_position)[self._mu - 1], FALLBACK)
 
     def _aim(self, point: Vector, source: str) -> None:
         self._plan_deadline_s = math.inf

@@ -275,8 +275,18 @@ def distance(first: Vector, second: Vector) -> float:
     return math.sqrt(x * x + y * y + z * z)
 
 
+def of_unit(p: Law, mass: float, limit: float) -> Law:
+    """The same law for a unit of another mass [kg] and thrust limit [N]."""
+    return Law(
+        p.estimate, p.position_variance, p.velocity_variance, p.velocity_noise, p.disturbance_noise, p.innovation_gate,
+        mass, p.deployment_time, p.ramp_time, p.follow_through, p.kp, p.ki, p.kd, p.feed_forward, p.anti_windup,
+        p.dead_band, p.minimum_impulse, limit, p.intercept, p.closing_coast, p.closing_dead_band, p.closing_response,
+        p.shortest_to_go, p.hold_kp, p.hold_kd,
+    )  # fmt: skip
+
+
 CALLED = (
     reference, pid_thrust, intercept_thrust, hold_thrust, apply_thruster_limits, fuel_used, distance, estimator.predict,
-    estimator.update, estimator.begin, estimator.known,
+    estimator.update, estimator.begin, estimator.known, of_unit,
 )  # fmt: skip
 """Functions that others here call: what compiles one of those must know these too."""

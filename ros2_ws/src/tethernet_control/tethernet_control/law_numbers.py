@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from tethernet_core.settings import ControlParameters
+from tethernet_core.system import Unit
 
 
 class Law(NamedTuple):
@@ -39,8 +40,13 @@ class Law(NamedTuple):
     hold_kd: float  # [N s/m]
 
 
-def law_numbers(control: ControlParameters) -> Law:
-    """The numbers that the control law and the estimator work with."""
+def law_numbers(control: ControlParameters, unit: Unit) -> Law:
+    """The numbers that the control law and the estimator work with.
+
+    Args:
+        control: gains, limits of the law, noise.
+        unit: gives mass and thrust limit.
+    """
     return Law(
         estimate=float(control.estimator == "kalman"),
         # A filter that is told of no noise at all would divide by zero.
@@ -49,7 +55,7 @@ def law_numbers(control: ControlParameters) -> Law:
         velocity_noise=control.velocity_noise,
         disturbance_noise=control.disturbance_noise,
         innovation_gate=control.innovation_gate,
-        mass=control.known_mass_kg,
+        mass=unit.mass_kg,
         deployment_time=control.deployment_time_s,
         ramp_time=control.ramp_time_s,
         follow_through=control.follow_through_m,
@@ -60,7 +66,7 @@ def law_numbers(control: ControlParameters) -> Law:
         anti_windup=float(control.anti_windup),
         dead_band=control.dead_band_n,
         minimum_impulse=control.minimum_impulse_n_s,
-        limit=control.thrust_limit_n,
+        limit=unit.thrust_limit_n,
         intercept=float(control.closing_law == "intercept"),
         closing_coast=control.closing_coast_s,
         closing_dead_band=control.closing_dead_band_m_s,

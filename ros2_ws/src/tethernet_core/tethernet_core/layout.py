@@ -6,6 +6,8 @@ import math
 from collections.abc import Iterable
 from dataclasses import dataclass
 
+from tethernet_core.system import System, load_system
+
 KNOT_ROWS = 23
 """Knots on a side of the net: 22 m at 1 m mesh (paper: 533 nodes = 529 knots + 4 corner MUs)."""
 
@@ -78,8 +80,13 @@ def design(mu_count: int) -> MuDesign:
         ) from None
 
 
-FALLBACK = "nominal (fallback)"
-"""Source of nominal aiming points that stand in for those of a policy which could not be had."""
+def system_of(mu_count: int) -> System:
+    """The shipped system of the design with ``mu_count`` MUs.
+
+    Raises:
+        ValueError: for any number other than 4 or 8.
+    """
+    return load_system(f"zenit_{design(mu_count).mu_count}mu")
 
 
 def nominal_aiming_points(mu_count: int, debris_position: Iterable[float]) -> list[tuple[float, float, float]]:

@@ -53,7 +53,7 @@ class Mission:
     """State of the mission; each change makes a new one with the next sequence number."""
 
     mu_count: int
-    """4 or 8."""
+    """Number of units, 0 for a net without any."""
     phase: Phase = Phase.WAITING
     sequence: int = 0
     mission_id: int = 0
@@ -69,11 +69,11 @@ class Mission:
     debris_position: Point = (math.nan, math.nan, math.nan)
     """Debris' centre of mass at launch [m]."""
     closing_points: tuple[Point, ...] = ()
-    """One per MU [m]; those who shall dock share one; empty where winches close the net."""
+    """One per unit [m]; those who shall dock share one; empty where units do not dock."""
     points_ns: int = 0
     """From when on the closing points hold [ns]: the ones before hold until then."""
     closing_duration_s: float = 0.0
-    """Duration of the flight to the closing points [s]."""
+    """Duration of the flight to the closing points [s]; 0 where nothing closes the net."""
     docked_ns: tuple[int, ...] = ()
     """Per MU: its whole docking group has docked, thrusters off from this time on [ns]; 0: not yet. Empty until one
     is.
@@ -82,13 +82,18 @@ class Mission:
     """Why missed or aborted."""
 
     def docked(self, mu: int, stamp_ns: int) -> bool:
-        """True when MU ``mu`` (1..8) has its thrusters off at ``stamp_ns`` because it has docked."""
+        """True when unit ``mu`` (from 1) has its thrusters off at ``stamp_ns`` because it has docked."""
         return bool(self.docked_ns) and 0 < self.docked_ns[mu - 1] <= stamp_ns
 
     @property
     def closing(self) -> bool:
         """True from the decision to close on."""
         return self.closing_ns > 0
+
+    @property
+    def units_fly_on(self) -> bool:
+        """True where closing has begun but nothing closes the net: units go on to their aiming points and beyond."""
+        return self.closing and not self.closing_points and self.closing_duration_s == 0.0
 
     def next(self, phase: Phase, **changes: Any) -> Mission:
         return dataclasses.replace(self, phase=phase, sequence=self.sequence + 1, **changes)

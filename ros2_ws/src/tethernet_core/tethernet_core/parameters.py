@@ -130,6 +130,8 @@ def build(cls: type[T], values: Mapping[str, Any]) -> T:
     fields = {f.name: f for f in dataclasses.fields(cls)}
     for key in values:
         if key not in kinds:
+            if (place := moved(key)) is not None:
+                raise ParameterError(f"{cls.__name__} has no parameter {key!r} any more: it is {place} of the system")
             raise ParameterError(
                 f"{cls.__name__} has no parameter {shown(repr(key), SHORT)}; it has: {', '.join(sorted(kinds))}"
             )
@@ -137,6 +139,47 @@ def build(cls: type[T], values: Mapping[str, Any]) -> T:
     if missing:
         raise ParameterError(f"{cls.__name__} lacks {', '.join(missing)}")
     return cls(**{key: _check(cls, fields[key], kind, values[key]) for key, kind in kinds.items()})
+
+
+MOVED_TO_SYSTEM = {
+    "mesh_m": "net.square.mesh_m",
+    "thread_radius_m": "net.thread.radius_m",
+    "thread_modulus_pa": "net.thread.modulus_pa",
+    "thread_density_kg_m3": "net.thread.density_kg_m3",
+    "thread_damping_ratio": "net.thread.damping_ratio",
+    "mu_mass_kg": "unit.mass_kg",
+    "known_mass_kg": "unit.mass_kg",
+    "mu_radius_m": "unit.radius_m",
+    "thrust_limit_n": "unit.thrust_limit_n",
+    "specific_impulse_s": "unit.specific_impulse_s",
+    "propellant_kg": "unit.propellant_kg",
+    "debris_mass_kg": "debris.mass_kg",
+    "debris_radius_m": "debris.shape.radius_m",
+    "debris_length_m": "debris.shape.length_m",
+    "target_radius_m": "debris.shape.radius_m",
+    "target_length_m": "debris.shape.length_m",
+    "chaser_mass_kg": "chaser.mass_kg",
+    "chaser_side_m": "chaser.side_m",
+    "tether_stiffness_n_m": "tether.stiffness_n_m",
+    "tether_damping_n_s_m": "tether.damping_n_s_m",
+    "winch_speed_m_s": "closing.winch.speed_m_s",
+    "winch_tension_n": "closing.winch.tension_n",
+    "winch_stiffness_n_m": "closing.winch.stiffness_n_m",
+    "joint_draw_in_m_s": "closing.docking.draw_in_m_s",
+    "joint_pull_n": "closing.docking.pull_n",
+    "docking_distance_m": "closing.docking.docking_distance_m (or closing.winch.docking_distance_m)",
+    "debris_volume_m3": "debris.cqi.volume_m3",
+    "debris_area_m2": "debris.cqi.area_m2",
+    "characteristic_length_m": "debris.cqi.length_m",
+    "cqi_threshold": "capture.cqi_threshold",
+    "center_of_mass": "capture.center_of_mass",
+}
+"""Hardware, which descriptions of systems hold: names that were parameters, and their entries there."""
+
+
+def moved(name: str) -> str | None:
+    """The entry of a system's description that a name of former parameters stands for; None for any other name."""
+    return MOVED_TO_SYSTEM.get(name)
 
 
 LARGEST_FILE_BYTES = 256 * 1024

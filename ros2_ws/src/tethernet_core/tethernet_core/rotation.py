@@ -83,3 +83,23 @@ def matrix(attitude: Any) -> np.ndarray:
     """Rotation matrix of one unit quaternion, shape (3, 3)."""
     x, y, z, w = (float(value) for value in attitude)
     return np.array(entries(x, y, z, w)).reshape(3, 3)
+
+
+def quaternion_of(rotation: Any) -> Quaternion:
+    """Unit quaternion x y z w of a rotation matrix, shape (3, 3), its largest component positive."""
+    m = np.asarray(rotation, float)
+    trace = float(m[0, 0] + m[1, 1] + m[2, 2])
+    # Four times the squares of the components; the largest one is taken as divisor.
+    squares = [1.0 + 2.0 * float(m[i, i]) - trace for i in range(3)] + [1.0 + trace]
+    largest = squares.index(max(squares))
+    double = math.sqrt(squares[largest])  # twice that component
+    if largest == 3:
+        off = (m[2, 1] - m[1, 2], m[0, 2] - m[2, 0], m[1, 0] - m[0, 1])
+        x, y, z = (0.5 * float(value) / double for value in off)
+        return (x, y, z, 0.5 * double)
+    i, j, k = largest, (largest + 1) % 3, (largest + 2) % 3
+    components = [0.0, 0.0, 0.0]
+    components[i] = 0.5 * double
+    components[j] = 0.5 * float(m[j, i] + m[i, j]) / double
+    components[k] = 0.5 * float(m[k, i] + m[i, k]) / double
+    return (components[0], components[1], components[2], 0.5 * float(m[k, j] - m[j, k]) / double)

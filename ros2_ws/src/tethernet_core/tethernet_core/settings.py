@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import ClassVar
+from typing import Any, ClassVar
 
 from tethernet_core.parameters import Shipped, field_types, load, parameter, read_yaml
 
@@ -27,8 +27,6 @@ class ControlParameters:
     kp: float = parameter("Proportional gain", unit="N/m", low=0.0, high=1e4)
     ki: float = parameter("Integral gain", unit="N/(m s)", low=0.0, high=1e4)
     kd: float = parameter("Derivative gain", unit="N s/m", low=0.0, high=1e4)
-    thrust_limit_n: float = parameter("Largest thrust per axis", unit="N", low=0.0, high=1e3)
-    specific_impulse_s: float = parameter("Specific impulse of the cold-gas thrusters", unit="s", low=1.0, high=1e4)
     standard_gravity_m_s2: float = parameter(
         "g0 of the fuel equation, as in the paper", unit="m/s^2", low=9.0, high=10.0
     )
@@ -57,10 +55,6 @@ class ControlParameters:
         "Mission time since launch after which thrust is off for good, whatever the planner says; must be longer than "
         "give_up_s and capture_duration_s together", unit="s", low=2.0, high=3000.0,
     )  # fmt: skip
-    propellant_kg: float = parameter(
-        "Propellant on board: thrust is off for good when it is used up. A fifth of the MU's mass [A], twenty times "
-        "what a mission takes, three times what the paper's control does", unit="kg", low=0.0, high=100.0,
-    )  # fmt: skip
     position_sigma_m: float = parameter(
         "Standard deviation of a measured position per axis", unit="m", low=0.0, high=10.0
     )
@@ -75,7 +69,6 @@ class ControlParameters:
         "raw: the samples as they come, the paper's baseline",
         choices=("kalman", "raw"),
     )
-    known_mass_kg: float = parameter("The MU's mass as its controller knows it", unit="kg", low=0.1, high=100.0)
     velocity_noise: float = parameter(
         "Filter: unknown impulses on the velocity, threads that snap taut", unit="m/s/sqrt(s)", low=0.0, high=10.0
     )
@@ -168,10 +161,6 @@ class MissionParameters:
         "time the closing may begin late; 0: always so",
         unit="s", low=0.0, high=10.0,
     )  # fmt: skip
-    target_radius_m: float = parameter(
-        "Radius of the debris' cylinder, as known to the planner", unit="m", low=0.1, high=10.0
-    )
-    target_length_m: float = parameter("Length of the debris' cylinder, likewise", unit="m", low=0.1, high=50.0)
     closing_depth_m: float = parameter(
         "8 MUs, fixed, or nothing known of the debris' attitude: the MUs meet so far behind the debris' centre of mass",
         unit="m", low=0.0, high=50.0,
@@ -215,7 +204,6 @@ class MissionParameters:
         high=100.0,
     )
     release_docked: bool = parameter("8 MUs: a docking group that has docked switches its thrusters off")
-    docking_distance_m: float = parameter("Neighbours nearer than this dock or lock", unit="m", low=0.01, high=5.0)
     confirm_timeout_s: float = parameter(
         "Wall time to wait for the controllers to confirm a change of the mission's state", unit="s", low=0.0, high=60.0
     )
@@ -233,5 +221,10 @@ class MissionParameters:
 
 def paper(cls: type[Shipped]) -> Shipped:
     """The parameters of ``cls`` as the paper prints them: its control is the baseline that ours is measured against."""
+    return load(cls, paper_values(cls))
+
+
+def paper_values(cls: type) -> dict[str, Any]:
+    """Those parameters of ``cls`` that the paper prints."""
     printed = next(iter(read_yaml(_CONFIG / "paper.yaml").values()))
-    return load(cls, {name: value for name, value in printed.items() if name in field_types(cls)})
+    return {name: value for name, value in printed.items() if name in field_types(cls)}

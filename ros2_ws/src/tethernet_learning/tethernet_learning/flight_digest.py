@@ -9,7 +9,6 @@ import json
 from collections.abc import Iterator
 from pathlib import Path
 
-from tethernet_core.capture_quality import QualityParameters
 from tethernet_core.parameters import defaults
 from tethernet_core.settings import ControlParameters, MissionParameters
 from tethernet_learning.source_digest import digest
@@ -32,7 +31,7 @@ LEFT_OUT = (
 
 _ANNOTATIONS = ("annotation", "returns")
 
-_PARAMETERS = (PhysicsParameters, ControlParameters, MissionParameters, QualityParameters, ScenarioParameters)
+_PARAMETERS = (PhysicsParameters, ControlParameters, MissionParameters, ScenarioParameters)
 _PACKAGES = ("tethernet_core", "tethernet_control", "tethernet_planner", "tethernet_sim", "tethernet_learning")
 
 

@@ -1,4 +1,4 @@
-"""Parameters of flights as words of a command line: ``physics.mesh_m=1``."""
+"""Parameters of flights as words of a command line: ``control.kp=4``."""
 
 from __future__ import annotations
 
@@ -10,10 +10,11 @@ from dataclasses import asdict
 from typing import Any
 
 from tethernet_core.parameters import ParameterError
+from tethernet_core.system import System
 from tethernet_planner import policies
 from tethernet_sim.fly import Settings
 
-HELP = "parameters to replace, PART is physics, control, mission or quality: control.kp=12"
+HELP = "parameters to replace, PART is physics, control or mission: control.kp=12"
 METAVAR = "PART.NAME=VALUE"
 
 
@@ -35,12 +36,13 @@ def add_parameters(parser: argparse.ArgumentParser, more: str = "") -> None:
     parser.add_argument("--set", nargs="+", action="extend", default=[], metavar=METAVAR, help=HELP + more)
 
 
-def settings_of(words: Sequence[str], printed: bool = False) -> Settings:
+def settings_of(words: Sequence[str], printed: bool = False, system: System | None = None) -> Settings:
     """The default parameters, with some replaced.
 
     Args:
         words: each PART.NAME=VALUE.
         printed: begin with the paper's control as printed.
+        system: that is flown; None: the default one.
 
     Raises:
         ParameterError: for a word of another form, an unknown name, a wrong type or a value out of range.
@@ -58,7 +60,7 @@ def settings_of(words: Sequence[str], printed: bool = False) -> Settings:
             overrides.setdefault(part, {})[key] = yaml.safe_load(value)
         except yaml.YAMLError as error:
             raise ParameterError(f"--set {word}: {value!r} is no value: {error}") from error
-    return Settings.paper(**overrides) if printed else Settings.load(**overrides)
+    return Settings.paper(system, **overrides) if printed else Settings.load(system, **overrides)
 
 
 def settings_fingerprint(settings: Settings) -> str:

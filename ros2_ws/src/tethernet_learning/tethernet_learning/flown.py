@@ -7,7 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tethernet_core.capture_quality import QualityParameters, captured
+from tethernet_core.capture_quality import captured, deciding
+from tethernet_core.system import System
 from tethernet_sim.scenario import Outcome
 
 CQI_LIMIT = 20.0
@@ -26,28 +27,28 @@ class Flown:
     """Total of all MUs, launch to end [kg]."""
     mouth_area_m2: np.ndarray
     """At the start of closing [m^2]; 0 where that never came."""
-    quality: QualityParameters
-    """By which a capture is judged."""
+    system: System
+    """By what a capture is judged."""
 
     @property
     def captured(self) -> np.ndarray:
         """The test of success, as of every mission."""
-        return captured(self.cqi, self.locked_pairs, self.mus, self.quality)
+        return captured(self.cqi, self.locked_pairs, self.system)
 
 
-def from_outcomes(outcomes: Sequence[Outcome], quality: QualityParameters) -> Flown:
+def from_outcomes(outcomes: Sequence[Outcome], system: System) -> Flown:
     """Arrays of outcomes of one design; a mission in error counts as missed by far.
 
     Args:
         outcomes: at least one.
-        quality: they were judged by.
+        system: they were judged by.
     """
-    cqi = np.array([quality.deciding(outcome.cqi, outcome.cqi_all) for outcome in outcomes], float)
+    cqi = np.array([deciding(outcome.cqi, outcome.cqi_all, system) for outcome in outcomes], float)
     return Flown(
         outcomes[0].mus,
         np.where(np.isfinite(cqi), np.minimum(cqi, CQI_LIMIT), CQI_LIMIT),
         np.array([0 if outcome.error else outcome.locked_pairs for outcome in outcomes]),
         np.array([sum(outcome.fuel_kg) for outcome in outcomes]),
         np.array([outcome.mouth_area_m2 or 0.0 for outcome in outcomes]),
-        quality,
+        system,
     )

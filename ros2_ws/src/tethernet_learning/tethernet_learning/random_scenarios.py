@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from tethernet_core.layout import design
+from tethernet_core.layout import system_of
 from tethernet_learning.seeds import Purpose, generators
 from tethernet_planner.inference.task import random_debris_position
 from tethernet_sim.scenario import Scenario
@@ -18,8 +18,8 @@ def random_scenarios(mus: int, purpose: Purpose, seed: int, begin: int, count: i
         begin: number of the first scenario in that list.
         count: how many.
     """
-    design(mus)
+    system = system_of(mus)
     return [
-        Scenario(mus=mus, debris_position=random_debris_position(random), seed=int(random.integers(2**31)))
+        Scenario(system, debris_position=random_debris_position(random), seed=int(random.integers(2**31)))
         for random in generators(purpose, seed, begin, count)
     ]

@@ -9,11 +9,11 @@ from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from tethernet_core.capture_quality import QualityParameters, captured, hull_quality, mouth_area, verdict
-from tethernet_core.layout import design
+from tethernet_core.capture_quality import captured, deciding, hull_quality, mouth_area, verdict
 from tethernet_core.mission import Mission, Phase
 from tethernet_core.mission_gate import MissionGate
 from tethernet_core.settings import ControlParameters
+from tethernet_core.system import System
 from tethernet_planner.inference.net_sample import FROM_MUS, FROM_NET, NetSample
 from tethernet_planner.inference.prediction import Prediction, Predictor
 
@@ -103,23 +103,21 @@ class CaptureAssessor:
 
     def __init__(
         self,
-        mu_count: int,
+        system: System,
         control: ControlParameters,
-        quality: QualityParameters,
         progress_every: int,
         predictor: Predictor | None = None,
         clock: Callable[[], float] = time.monotonic,
     ):
         """Args:
-        mu_count: 4 or 8.
+        system: net, units, and what counts as captured.
         control: gives the control period.
-        quality: numbers of the CQI.
         progress_every: control ticks between two progress reports.
         predictor: surrogate asked at the trigger, or None.
         clock: wall time [s].
         """
-        self._gate = MissionGate(Mission(mu_count))
-        self._quality = quality
+        self._gate = MissionGate(Mission(system.unit_count))
+        self._system = system
         self._progress_ns = progress_every * control.period_ns
         self._predictor = predictor
         self._prediction: Prediction | None = None
@@ -196,16 +194,17 @@ class CaptureAssessor:
         distance = math.dist(sample.center, sample.debris_position)
         if sample.source == FROM_NET:
             hull = hull_quality(
-                sample.knot_positions, sample.mu_positions, sample.center, sample.debris_position, self._quality,
+                sample.knot_positions, sample.mu_positions, sample.center, sample.debris_position, self._system,
                 sample.center_all,
             )  # fmt: skip
             cqi, cqi_all, volume, area, distance = hull.cqi, hull.cqi_all, hull.volume, hull.area, hull.distance
-        decides = self._quality.deciding(cqi, cqi_all)
+        decides = deciding(cqi, cqi_all, self._system)
         text, held = self._judge(decides, sample.locked_pairs, sample.source) if stage == Stage.FINAL else ("", False)
         failure = self._predict(sample) if stage == Stage.TRIGGER else ""
         prediction = None if stage == Stage.PROGRESS else self._prediction
+        mouth = mouth_area(sample.mu_positions, self._system, sample.knot_positions)
         return Assessment(
-            stage, sample.stamp_ns, cqi, cqi_all, volume, area, mouth_area(sample.mu_positions), distance,
+            stage, sample.stamp_ns, cqi, cqi_all, volume, area, mouth, distance,
             sample.locked_pairs, sample.source, held, text, prediction, failure,
         )  # fmt: skip
 
@@ -224,7 +223,7 @@ class CaptureAssessor:
     def _judge(self, cqi: float, locked_pairs: int, source: str) -> tuple[str, bool]:
         mission = self.mission
         missed = mission.reason if mission.phase == Phase.MISSED else ""
-        text = verdict(cqi, locked_pairs, mission.mu_count, self._quality, missed)
-        if source == FROM_MUS and not missed and not design(mission.mu_count).closes_by_docking:
+        text = verdict(cqi, locked_pairs, self._system, missed)
+        if source == FROM_MUS and not missed and self._system.closing.kind == "winch":
             text += "; pairs that winches lock cannot be seen from the MUs"
-        return text, not missed and captured(cqi, locked_pairs, mission.mu_count, self._quality)
+        return text, not missed and captured(cqi, locked_pairs, self._system)

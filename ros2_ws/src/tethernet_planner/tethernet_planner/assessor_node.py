@@ -15,10 +15,9 @@ from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
 
 from tethernet_core import unknown
-from tethernet_core.capture_quality import QualityParameters
-from tethernet_core.layout import design
+from tethernet_core.layout import design, system_of
 from tethernet_core.parameters import ParameterError
-from tethernet_core.settings import ControlParameters, MissionParameters
+from tethernet_core.settings import ControlParameters
 from tethernet_core.shown import shown
 from tethernet_core.step_guard import StampGuard
 from tethernet_msgs.msg import CaptureAssessment
@@ -45,18 +44,19 @@ _WAITING = 400
 class AssessorNode(Node):
     """Carries messages to and from one :class:`CaptureAssessor`."""
 
-    PARAMETERS = (AssessorParameters, ControlParameters, MissionParameters, QualityParameters)
+    PARAMETERS = (AssessorParameters, ControlParameters)
 
     def __init__(self) -> None:
         super().__init__("assessor", **NODE_OPTIONS)
-        parameters, control, rules, quality = declare(self, *self.PARAMETERS)
+        parameters, control = declare(self, *self.PARAMETERS)
         self._mu_count = parameters.mu_count
+        system = system_of(self._mu_count)
         try:
             predictor = prediction.make(parameters.predictor, self._mu_count)
         except prediction.PredictorError as error:
             raise ParameterError(f"AssessorParameters.predictor: {error}") from error
         self._predictor_name = "" if predictor is None else parameters.predictor
-        self._assessor = CaptureAssessor(self._mu_count, control, quality, parameters.progress_every, predictor)
+        self._assessor = CaptureAssessor(system, control, parameters.progress_every, predictor)
         self._debris = NewestOdometry(control, given_debris(parameters.debris_position))
         self._net_clock = StampGuard(control)
         self._waiting: deque[NetMeasurement] = deque(maxlen=_WAITING)
@@ -71,7 +71,7 @@ class AssessorNode(Node):
             import scipy.spatial  # noqa: F401  takes half a second: better now than in the middle of a flight
         else:
             self._swarm = SwarmCentroid(self._mu_count, control, door.drop)
-            self._pairs = DockedPairs(self._mu_count, rules.docking_distance_m)
+            self._pairs = DockedPairs(system)
             for mu in range(1, self._mu_count + 1):
                 door.subscribe(checks.ODOMETRY, topics.mu_odometry(mu), functools.partial(self._on_mu, mu), CONTROL)
         wall = Clock(clock_type=ClockType.STEADY_TIME)

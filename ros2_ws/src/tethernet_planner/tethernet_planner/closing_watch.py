@@ -10,7 +10,8 @@ from tethernet_core.mission import Point
 from tethernet_core.rotation import Quaternion
 from tethernet_core.settings import ControlParameters, MissionParameters
 from tethernet_core.step_guard import StampGuard
-from tethernet_planner import closing
+from tethernet_core.system import System
+from tethernet_planner.closing_situation import ClosingSituation, closing_situation, off_course
 
 DebrisMotion = tuple[Point, Quaternion, Point, Point]
 """Position [m], attitude (quaternion x y z w, body to launch), velocity [m/s] and angular rate [rad/s] in the body
@@ -21,11 +22,11 @@ _PATIENCE = 3
 
 
 class ClosingWatch:
-    """Keeps the newest of what was measured; works out a sight of it only when one is asked for."""
+    """Keeps the newest of what was measured; works out a closing situation only when one is asked for."""
 
-    def __init__(self, mu_count: int, rules: MissionParameters, control: ControlParameters):
+    def __init__(self, system: System, rules: MissionParameters, control: ControlParameters):
         """Args:
-        mu_count: 4 or 8.
+        system: net and units.
         rules: of the mission.
         control: tells how often controllers report.
         """
@@ -33,13 +34,13 @@ class ClosingWatch:
         """Where the MUs were sent [m]."""
         self.debris: Callable[[], DebrisMotion | None] = lambda: None
         """Tells the debris' newest motion."""
-        self._mu_count, self._rules = mu_count, rules
+        self._system, self._rules = system, rules
         self._patience_ns = (_PATIENCE * control.status_every + control.watchdog_periods) * control.period_ns
         self._positions: Sequence[Point] = ()
         self._velocities: Sequence[Point] = ()
         self._silent: set[int] = set()
         self._stamp_ns = 0
-        self._answered = {mu: StampGuard(control) for mu in range(1, mu_count + 1)}
+        self._answered = {mu: StampGuard(control) for mu in range(1, system.unit_count + 1)}
 
     def saw_mus(
         self,
@@ -72,17 +73,19 @@ class ClosingWatch:
             if answered.newest is not None and self._stamp_ns - answered.newest > self._patience_ns
         }
 
-    def look(self) -> closing.ClosingSituation | None:
-        """The sight, or None where too little is known or winches close the net."""
+    def look(self) -> ClosingSituation | None:
+        """The situation, or None where too little is known or the units do not dock."""
         positions = np.asarray(self._positions, float).reshape(-1, 3)
         velocities = np.asarray(self._velocities, float).reshape(-1, 3)
         motion = self.debris()
-        if self._mu_count != 8 or len(positions) != 8 or len(velocities) != 8 or motion is None:
+        count = self._system.unit_count
+        docking = self._system.closing.kind == "docking"
+        if not docking or len(positions) != count or len(velocities) != count or motion is None:
             return None
         if not all(np.isfinite(values).all() for values in (positions, velocities, *motion)):
             return None
         lost = self._silent | self.dead()
         if self.aiming_points is not None:
-            beside = closing.off_course(positions, self.aiming_points, self._rules)
+            beside = off_course(positions, np.array(self.aiming_points, float), self._system, self._rules)
             lost |= {mu for mu, far in enumerate(beside, start=1) if far}
-        return closing.closing_situation(positions, velocities, *motion, [mu in lost for mu in range(1, 9)])
+        return closing_situation(positions, velocities, *motion, [mu in lost for mu in range(1, count + 1)])

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 
-from tethernet_core.layout import design
 from tethernet_core.mission import Mission, Phase, Point, as_point, seconds_between
 from tethernet_core.settings import NANOSECOND_S, ControlParameters, MissionParameters
+from tethernet_core.system import System
 from tethernet_planner import closing
-from tethernet_planner.closing import ClosingSituation
+from tethernet_planner.closing_situation import ClosingSituation
+from tethernet_planner.docking_groups import docked_mus, regroup
 from tethernet_planner.plan_ahead import PlanAhead
 
 
@@ -28,29 +29,9 @@ def triggered(net_position: Sequence[float], debris_position: Sequence[float], r
     return squared <= rules.trigger_distance_m * rules.trigger_distance_m
 
 
-def docked_mus(mu_count: int, locked: Sequence[bool], closing_points: Sequence[Point]) -> tuple[bool, ...]:
-    """Which MUs are done: all neighbours who share their closing point have docked. A docking group is released as a
-    whole: who let go earlier would be dragged away by the net, and the last would not find it.
-
-    Args:
-        mu_count: 4 or 8.
-        locked: one for each pair of neighbours, in their order round the mouth (layout.MuDesign.closing_ring).
-        closing_points: one per MU.
-
-    Returns:
-        One per MU; all False where winches close the net.
-    """
-    done = [False] * mu_count
-    if closing_points and len(locked) == mu_count:
-        for group in closing.docking_groups(closing_points):
-            if closing.docked_group(group, locked):
-                for mu in group:
-                    done[mu - 1] = True
-    return tuple(done)
-
-
 def advance(
     mission: Mission,
+    system: System,
     stamp_ns: int,
     net_position: Sequence[float],
     debris_position: Sequence[float],
@@ -67,20 +48,21 @@ def advance(
 
     Args:
         mission: before.
+        system: how the net is closed, and what the closing plan must know of it.
         stamp_ns: time of the measurements [ns].
         net_position: the net's centre of mass [m].
         debris_position: the debris' centre of mass [m].
         rules: the mission's rules.
         control: gives the control period.
         locked: which closing pairs are locked; empty where nobody knows.
-        look: tells where the 8 MUs are and how the debris lies, None where that is not known; asked only when it
+        look: tells where the units are and how the debris lies, None where that is not known; asked only when it
             matters.
         ahead: makes the closing plan before the trigger; without it the whole plan is made at the trigger.
     """
     if mission.phase == Phase.DEPLOYING:
         if triggered(net_position, debris_position, rules):
             closing_ns = stamp_ns + control.period_ns
-            points, duration_s = _closing_plan(mission.mu_count, stamp_ns, debris_position, rules, look, ahead)
+            points, duration_s = _closing_plan(system, stamp_ns, debris_position, rules, look, ahead)
             return mission.next(
                 Phase.CLOSING,
                 closing_ns=closing_ns,
@@ -96,7 +78,7 @@ def advance(
                 reason=f"the net did not come within {rules.trigger_distance_m:g} m of the debris "
                 f"in {rules.give_up_s:g} s",
             )
-        if ahead is not None and look is not None and _plans(mission.mu_count, rules):
+        if ahead is not None and look is not None and _plans(system, rules):
             ahead.watch(stamp_ns, net_position, debris_position, look)
     elif mission.phase == Phase.CLOSING:
         if stamp_ns >= mission.end_ns:
@@ -106,45 +88,46 @@ def advance(
             from_now = stamp_ns + control.period_ns
             docked_ns = tuple(
                 since or (from_now if docked else 0)
-                for since, docked in zip(
-                    known, docked_mus(mission.mu_count, locked, mission.closing_points), strict=True
-                )
+                for since, docked in zip(known, docked_mus(system, locked, mission.closing_points), strict=True)
             )
             if docked_ns != known:
                 return mission.next(Phase.CLOSING, docked_ns=docked_ns)
-        return _regrouped(mission, stamp_ns, rules, control, locked, look)
+        return _regrouped(mission, system, stamp_ns, rules, control, locked, look)
     return mission
 
 
-def _plans(mu_count: int, rules: MissionParameters) -> bool:
+def _plans(system: System, rules: MissionParameters) -> bool:
     """True where the place to meet is chosen by a plan."""
-    return design(mu_count).closes_by_docking and rules.closing_plan == "planned"
+    return system.closing.kind == "docking" and rules.closing_plan == "planned"
 
 
 def _closing_plan(
-    mu_count: int,
+    system: System,
     stamp_ns: int,
     debris_position: Sequence[float],
     rules: MissionParameters,
     look: Callable[[], ClosingSituation | None] | None,
     ahead: PlanAhead | None,
 ) -> tuple[tuple[Point, ...], float]:
-    """Closing points [m] and the time to get there [s]; no points where winches close the net."""
-    if not design(mu_count).closes_by_docking:
-        return (), rules.closing_duration_s
-    if _plans(mu_count, rules):
+    """Closing points [m] and the time to get there [s]; no points where units do not dock, and no time either where
+    nothing closes the net: the units fly on.
+    """
+    if system.closing.kind != "docking":
+        return (), rules.closing_duration_s if system.closing.kind == "winch" else 0.0
+    if _plans(system, rules):
         plan = ahead.ready(stamp_ns) if ahead is not None else None
         seen = look() if plan is None and look is not None else None
         if seen is not None:
-            plan = closing.plan(seen, rules)
+            plan = closing.plan(seen, system, rules)
         if plan is not None:
             return plan.points, plan.duration_s
     x, y, z = as_point(debris_position)
-    return ((x, y, z - rules.closing_depth_m),) * mu_count, rules.closing_duration_s
+    return ((x, y, z - rules.closing_depth_m),) * system.unit_count, rules.closing_duration_s
 
 
 def _regrouped(
     mission: Mission,
+    system: System,
     stamp_ns: int,
     rules: MissionParameters,
     control: ControlParameters,
@@ -155,16 +138,16 @@ def _regrouped(
     planned_ns = mission.closing_ns + round(mission.closing_duration_s / NANOSECOND_S)
     period_ns = round(rules.regroup_period_s / NANOSECOND_S)
     due = period_ns > 0 and stamp_ns >= planned_ns and stamp_ns - mission.points_ns >= period_ns
-    if not due or look is None or not mission.closing_points or len(locked) != mission.mu_count:
+    if not due or look is None or not mission.closing_points or len(locked) != len(system.closing_ring):
         return mission
     seen = look()
-    points = None if seen is None else closing.regroup(mission.closing_points, seen.mu_positions, locked, rules)
+    points = None if seen is None else regroup(mission.closing_points, seen.mu_positions, locked, system, rules)
     if points is None:
         return mission
     return mission.next(Phase.CLOSING, closing_points=points, points_ns=stamp_ns + control.period_ns)
 
 
-def check_debris_position(position: Iterable[float], rules: MissionParameters) -> Point:
+def check_debris_position(position: Sequence[float], rules: MissionParameters) -> Point:
     """The position itself, when missions are planned for it.
 
     Raises:

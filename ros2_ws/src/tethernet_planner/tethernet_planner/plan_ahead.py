@@ -13,8 +13,10 @@ from collections import deque
 from collections.abc import Callable, Generator, Sequence
 
 from tethernet_core.settings import NANOSECOND_S, MissionParameters
+from tethernet_core.system import System
 from tethernet_planner import closing
-from tethernet_planner.closing import ClosingPlan, ClosingSituation
+from tethernet_planner.closing import ClosingPlan
+from tethernet_planner.closing_situation import ClosingSituation, foreseen
 
 _APPROACH_S = 1.0
 """The speed of approach is measured over this time: one tick's difference is mostly noise where the MUs' odometry
@@ -24,13 +26,14 @@ _STALE_S = 1.0
 
 
 class PlanAhead:
-    """Makes the closing plan of one mission with 8 MUs ahead of its trigger."""
+    """Makes the closing plan of one mission with units that dock ahead of its trigger."""
 
-    def __init__(self, rules: MissionParameters):
+    def __init__(self, system: System, rules: MissionParameters):
         """Args:
+        system: what the plan must know of net and debris.
         rules: trigger distance, how long ahead, and what the plan itself needs.
         """
-        self._rules = rules
+        self._system, self._rules = system, rules
         self._approach: deque[tuple[int, float]] = deque()
         self._parts: Generator[None, None, ClosingPlan] | None = None
         self._begun_ns = 0
@@ -68,7 +71,7 @@ class PlanAhead:
             seen = None if fresh or to_go > ahead_s else look()
             if seen is None:
                 return
-            self._parts = closing.planning(closing.foreseen(seen, to_go, self._rules), self._rules)
+            self._parts = closing.planning(foreseen(seen, to_go, self._system), self._system, self._rules)
             self._begun_ns = stamp_ns
         try:
             next(self._parts)

@@ -19,7 +19,8 @@ from rclpy.node import Node
 from std_msgs.msg import Header
 from std_srvs.srv import Trigger
 
-from tethernet_core.layout import FALLBACK, design
+from tethernet_core.aiming import FALLBACK
+from tethernet_core.layout import design, system_of
 from tethernet_core.mission import Mission, Mode, Phase, seconds_between
 from tethernet_core.parameters import ParameterError
 from tethernet_core.settings import NANOSECOND_S, ControlParameters, MissionParameters
@@ -62,16 +63,17 @@ class PlannerNode(Node):
         self._settings, control, self._rules = declare(self, *self.PARAMETERS)
         self._period_ns = control.period_ns
         try:
-            policies.check(self._settings.policy, self._settings.mu_count)
+            policies.check(self._settings.policy, system_of(self._settings.mu_count))
         except policies.PolicyError as error:
             raise ParameterError(f"PlannerParameters.policy: {error}") from error
         mu_count = self._settings.mu_count
+        system = system_of(mu_count)
         self._door = door = Door(self)
         self._state_publisher = door.publish(MissionState, topics.MISSION_STATE, STATE)
         self._beat_publisher = door.publish(Header, topics.PLANNER_HEARTBEAT, CONTROL)
         self._diagnostics_publisher = door.publish(DiagnosticArray, topics.DIAGNOSTICS, BULK)
         self._sequencer = MissionSequencer(
-            mu_count,
+            system,
             self._rules,
             control,
             self._publish_state,
@@ -87,7 +89,7 @@ class PlannerNode(Node):
         self._decided_ns = -1
         self._newest_measurement_s = time.monotonic()
         self._statuses: dict[int, MuStatus] = {}
-        self._closing_watch = ClosingWatch(mu_count, self._rules, control)
+        self._closing_watch = ClosingWatch(system, self._rules, control)
         self._closing_watch.debris = self._debris_motion
 
         door.serve(PlanAimingPoints, topics.PLAN_AIMING_POINTS, checks.plan_request, self._on_plan)
@@ -96,7 +98,7 @@ class PlannerNode(Node):
         door.subscribe(checks.ODOMETRY, topics.DEBRIS_ODOMETRY, self._on_debris, STATE_BACKLOG)
         for mu in range(1, mu_count + 1):
             door.subscribe(checks.mu_status(mu), topics.mu_status(mu), self._on_status, STATE)
-        self._pairs = DockedPairs(mu_count, self._rules.docking_distance_m)
+        self._pairs = DockedPairs(system)
         self._swarm = SwarmCentroid(mu_count, control, door.drop)
         if self._settings.simulated:
             door.subscribe(checks.net_state(mu_count), topics.NET_STATE, self._on_net, BULK)
@@ -192,9 +194,9 @@ class PlannerNode(Node):
             )
 
     def _plan(self, name: str, mu_count: int, debris_position: Vector) -> policies.Plan:
-        design(mu_count)
+        system = system_of(mu_count)
         position = check_debris_position(debris_position, self._rules)
-        return policies.plan(name, mu_count, position)
+        return policies.plan(name, system, position)
 
     def _on_start(self, _: None, response: Trigger.Response) -> Trigger.Response:
         try:

@@ -13,7 +13,8 @@ from collections.abc import Callable, Iterable, Sequence
 
 from tethernet_core.mission import Mission, Phase, abort, arm, launch, seconds_between
 from tethernet_core.settings import NANOSECOND_S, ControlParameters, MissionParameters
-from tethernet_planner.closing import ClosingSituation
+from tethernet_core.system import System
+from tethernet_planner.closing_situation import ClosingSituation
 from tethernet_planner.mission_rules import advance, check_debris_position
 from tethernet_planner.plan_ahead import PlanAhead
 
@@ -29,7 +30,7 @@ class MissionSequencer:
 
     def __init__(
         self,
-        mu_count: int,
+        system: System,
         rules: MissionParameters,
         control: ControlParameters,
         publish: Publish,
@@ -38,7 +39,7 @@ class MissionSequencer:
         mission_id: int = 0,
     ):
         """Args:
-        mu_count: 4 or 8.
+        system: net and units.
         rules: of the mission.
         control: period of the control ticks, time limit of planning.
         publish: called at every change and again when it is confirmed.
@@ -46,14 +47,14 @@ class MissionSequencer:
         clock: wall time [s].
         mission_id: tells this planner's mission from that of any other.
         """
-        self.mission = Mission(mu_count, mission_id=mission_id)
+        self.mission = Mission(system.unit_count, mission_id=mission_id)
         self.confirmed = True
         self.lost: set[int] = set()
         self.stamp_ns = 0
         """Newest time anything was measured at [ns]."""
-        self._mus = frozenset(range(1, mu_count + 1))
-        self._rules, self._control = rules, control
-        self._ahead = PlanAhead(rules)
+        self._mus = frozenset(range(1, system.unit_count + 1))
+        self._system, self._rules, self._control = system, rules, control
+        self._ahead = PlanAhead(system, rules)
         self._publish, self._beat, self._clock = publish, beat, clock
         self._awaited: set[int] = set()
         self._deadline_s = math.inf
@@ -124,6 +125,7 @@ class MissionSequencer:
         if self.confirmed:
             after = advance(
                 self.mission,
+                self._system,
                 stamp_ns,
                 net_position,
                 debris_position,

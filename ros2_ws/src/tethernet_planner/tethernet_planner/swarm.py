@@ -9,10 +9,10 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from tethernet_core.layout import design
 from tethernet_core.mission import Point, as_point
 from tethernet_core.settings import ControlParameters
 from tethernet_core.step_guard import StampGuard, Step
+from tethernet_core.system import System
 
 
 @dataclass(frozen=True)
@@ -120,18 +120,15 @@ class SwarmCentroid:
 class DockedPairs:
     """Which ring neighbours have docked, as far as the MUs' positions tell; once docked, a pair stays so.
 
-    Winches close the net of 4 MUs; the MUs' positions tell nothing of the knots that they lock, so no pair is ever
-    counted there.
+    Where winches close the net, the units' positions tell nothing of the nodes that lock: no pair is counted there.
     """
 
-    def __init__(self, mu_count: int, docking_distance_m: float):
+    def __init__(self, system: System):
         """Args:
-        mu_count: 4 or 8.
-        docking_distance_m: neighbours nearer than this dock [m].
+        system: gives the ring and the docking distance.
         """
-        ring = design(mu_count).closing_ring
-        self._pairs = [(ring[i], ring[(i + 1) % len(ring)]) for i in range(len(ring))]
-        self._distance_m = docking_distance_m
+        self._pairs = system.ring_neighbours
+        self._distance_m = system.closing.docking_distance_m
         self.docked: set[tuple[int, int]] = set()
 
     def update(self, positions: dict[int, Point]) -> int:

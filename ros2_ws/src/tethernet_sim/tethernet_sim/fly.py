@@ -6,25 +6,29 @@ from __future__ import annotations
 
 import dataclasses
 import functools
+import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from tethernet_control.law_numbers import law_numbers
-from tethernet_core.capture_quality import QualityParameters, captured, hull_quality, mouth_area, verdict
+from tethernet_core.capture_quality import captured, deciding, hull_quality, mouth_area, verdict
 from tethernet_core.mission import Mission, Phase, arm, launch, seconds_between
-from tethernet_core.parameters import load
-from tethernet_core.settings import NANOSECOND_S, ControlParameters, MissionParameters, paper
-from tethernet_planner import closing
+from tethernet_core.parameters import ParameterError, load
+from tethernet_core.settings import NANOSECOND_S, ControlParameters, MissionParameters, paper_values
+from tethernet_core.system import System
+from tethernet_planner.closing_situation import ClosingSituation, closing_situation, off_course
 from tethernet_planner.mission_rules import advance
 from tethernet_planner.plan_ahead import PlanAhead
 from tethernet_sim.failure import MuFailure
 from tethernet_sim.kernels import control as control_kernels
-from tethernet_sim.scenario import Outcome, Scenario
+from tethernet_sim.scenario import Outcome, Scenario, default_system, described
 from tethernet_sim.sensors import OdometryNoise
 from tethernet_sim.settings import PhysicsParameters, check_together
+from tethernet_sim.stability import check_stable
 from tethernet_sim.state import DEBRIS
 from tethernet_sim.world import World, divergence
 
@@ -45,35 +49,58 @@ class Settings:
     physics: PhysicsParameters
     control: ControlParameters
     mission: MissionParameters
-    quality: QualityParameters
 
     def __post_init__(self) -> None:
         """Raises:
         ParameterError: for parameters that do not fit together.
         """
-        check_together(self.physics, self.mission, self.control)
+        check_together(self.physics, self.control)
 
     @classmethod
-    def load(cls, **overrides: Mapping[str, Any]) -> Settings:
-        """The default parameters, with some values replaced: ``Settings.load(control={"kp": 12.0})``.
+    def load(cls, system: System | str | Path | None = None, **overrides: Mapping[str, Any]) -> Settings:
+        """The parameters that a system is flown with, with some values replaced: the defaults, the system's own over
+        them, and over those what is given: ``Settings.load("zenit_8mu", control={"kp": 4.0})``.
+
+        Args:
+            system: a system, the name of a shipped one or the path of a description; None: the default one.
+            overrides: values by subsystem (control, mission, physics) and name.
 
         Raises:
-            ParameterError: for an unknown key, a wrong type or a value out of range.
+            ParameterError: for an unknown subsystem or key, a wrong type, a value out of range, a time step that is
+                unstable for the system.
         """
-        return cls(
-            physics=load(PhysicsParameters, overrides.get("physics")),
-            control=load(ControlParameters, overrides.get("control")),
-            mission=load(MissionParameters, overrides.get("mission")),
-            quality=load(QualityParameters, overrides.get("quality")),
-        )
+        return cls._load(system, {}, overrides)
 
     @classmethod
-    def paper(cls, **overrides: Mapping[str, Any]) -> Settings:
+    def paper(cls, system: System | str | Path | None = None, **overrides: Mapping[str, Any]) -> Settings:
         """The paper's control as printed, the baseline; else as :meth:`load`."""
-        printed = {"control": asdict(paper(ControlParameters)), "mission": asdict(paper(MissionParameters))}
-        return cls.load(
-            **{**overrides, **{name: {**values, **overrides.get(name, {})} for name, values in printed.items()}}
+        printed = {name: paper_values(_KINDS[name]) for name in ("control", "mission")}
+        return cls._load(system, printed, overrides)
+
+    @classmethod
+    def _load(
+        cls,
+        system: System | str | Path | None,
+        printed: Mapping[str, Mapping[str, Any]],
+        overrides: Mapping[str, Mapping[str, Any]],
+    ) -> Settings:
+        of = described(default_system() if system is None else system)
+        for name in overrides:
+            if name not in _KINDS:
+                raise ParameterError(f"no subsystem {name!r} has parameters; allowed: {', '.join(_KINDS)}")
+        settings = cls(
+            **{
+                name: load(kind, {**of.parameters.get(name, {}), **printed.get(name, {}), **overrides.get(name, {})})
+                for name, kind in _KINDS.items()
+            }
         )
+        check_stable(of, settings.physics)
+        return settings
+
+
+_KINDS: Mapping[str, type] = {
+    "physics": PhysicsParameters, "control": ControlParameters, "mission": MissionParameters,
+}  # fmt: skip
 
 
 def fly(scenario: Scenario, settings: Settings | None = None, observer: Observer | None = None) -> Outcome:
@@ -94,8 +121,8 @@ def fly_many(
     Each scenario gives the same bits whether it is flown alone or among others.
 
     Args:
-        scenarios: of any mixture of designs.
-        settings: parameters; None for the defaults.
+        scenarios: of any mixture of systems.
+        settings: parameters for all; None for those that each system is flown with.
         observer: looks at every control tick of every chunk.
         progress: called with (scenarios done, scenarios in all) after each chunk.
         at_trigger: looks at every scenario at the control tick at which its closing begins.
@@ -106,15 +133,17 @@ def fly_many(
         Outcomes in the order of the scenarios.
     """
     scenarios = list(scenarios)
-    settings = settings or Settings.load()
     outcomes: dict[int, Outcome] = {}
     done = 0
-    for mus in (4, 8):
-        indices = [i for i, scenario in enumerate(scenarios) if scenario.mus == mus]
+    by_system: dict[System, list[int]] = {}
+    for i, scenario in enumerate(scenarios):
+        by_system.setdefault(scenario.system, []).append(i)
+    for system, indices in by_system.items():
+        parameters = settings or Settings.load(system)
         for begin in range(0, len(indices), CHUNK):
             chunk = indices[begin : begin + CHUNK]
             look = None if at_trigger is None else functools.partial(_look_at, at_trigger, chunk)
-            flown = _Flight([scenarios[i] for i in chunk], settings).fly(observer, look, stop_at_trigger)
+            flown = _Flight([scenarios[i] for i in chunk], parameters).fly(observer, look, stop_at_trigger)
             for i, outcome in zip(chunk, flown, strict=True):
                 outcomes[i] = outcome
             done += len(chunk)
@@ -129,28 +158,33 @@ def _look_at(at_trigger: AtTrigger, chunk: Sequence[int], world: World, b: int) 
 
 
 class _Flight:
-    """A chunk of scenarios of one design in flight."""
+    """A chunk of scenarios of one system in flight."""
 
     def __init__(self, scenarios: list[Scenario], settings: Settings):
         self.scenarios, self.settings = scenarios, settings
-        batch, mus = len(scenarios), scenarios[0].mus
+        self.system = system = scenarios[0].system
+        batch, mus = len(scenarios), system.unit_count
         self.world = World(
-            mus,
+            system,
             np.array([s.debris_position for s in scenarios], float),
             np.array([s.debris_attitude for s in scenarios], float),
             np.array([s.debris_rate for s in scenarios], float),
             settings.physics,
-            settings.mission,
             settings.control,
         )
         self.missions = [launch(arm(Mission(mus), s.debris_position, ""), 0) for s in scenarios]
-        self.ahead = [PlanAhead(settings.mission) for _ in scenarios]
+        self.ahead = [PlanAhead(system, settings.mission) for _ in scenarios]
         self.noise = [OdometryNoise(s.seed, mus, settings.control) for s in scenarios]
         self.heard_position, self.heard_velocity = np.zeros((2, batch, mus, 3))
         self.aim = np.array([s.aiming_points() for s in scenarios])
         self.close = self.aim.copy()
         self.start = np.zeros((batch, mus, 3))
-        self.law = law_numbers(settings.control)
+        self.law = law_numbers(settings.control, system.units[0]) if mus else None
+        units = system.units
+        self.mass = np.array([unit.mass_kg for unit in units])
+        self.limit = np.array([unit.thrust_limit_n for unit in units])
+        self.specific_impulse = np.array([unit.specific_impulse_s for unit in units])
+        self.propellant = np.array([unit.propellant_kg for unit in units])
         self.estimate = np.zeros((batch, mus, 9))
         self.covariance = np.zeros((batch, mus, 6))
         self.integral = np.zeros((batch, mus, 3))
@@ -175,6 +209,8 @@ class _Flight:
         control = self.settings.control
         flying = np.arange(len(self.scenarios))
         stamp_ns = 0
+        for index in range(len(self.scenarios)):
+            self.world.launch(index)
         while len(flying):
             for b in self._begin_closing(flying, stamp_ns):
                 if at_trigger:
@@ -194,7 +230,7 @@ class _Flight:
                 flying,
                 fired,
                 control.period_ns * NANOSECOND_S,
-                control.specific_impulse_s,
+                self.specific_impulse,
                 control.standard_gravity_m_s2,
                 self.fuel,
             )
@@ -209,14 +245,16 @@ class _Flight:
             if mission.closing and stamp_ns == mission.closing_ns:
                 self.world.begin_closing(b)
                 self.fuel_at_trigger[b] = self.fuel[b]
-                self.mouth[b] = mouth_area(self.world.mus_as_published(b))
-                if not mission.closing_points:
+                self.mouth[b] = self._mouth_area(b)
+                if not mission.closing_points and not mission.units_fly_on:
                     self.off[b] = True
                 begun.append(b)
         return begun
 
     def _command(self, flying: np.ndarray, stamp_ns: int) -> None:
         """Sense and command."""
+        if self.law is None:
+            return
         control, state = self.settings.control, self.world.state
         noise = np.array([self.noise[b].draw_next() for b in flying])
         position, velocity = state.mu_pos.copy(), state.mu_vel.copy()
@@ -228,19 +266,21 @@ class _Flight:
         for b in flying:
             mission = self.missions[b]
             if mission.closing:
-                self.closing_elapsed[b] = seconds_between(mission.closing_ns, stamp_ns)
-                self.closing_duration[b] = mission.closing_duration_s
+                if not mission.units_fly_on:
+                    self.closing_elapsed[b] = seconds_between(mission.closing_ns, stamp_ns)
+                    self.closing_duration[b] = mission.closing_duration_s
                 if mission.closing_points:
                     self.close[b] = mission.closing_points
                 if mission.docked_ns:
                     self.off[b] = [mission.docked(mu, stamp_ns) for mu in range(1, mission.mu_count + 1)]
                 if stamp_ns >= mission.end_ns:
                     self.off[b] = True
-            self.off[b] |= self.fuel[b] >= control.propellant_kg
+            self.off[b] |= self.fuel[b] >= self.propellant
         control_kernels.command(
-            self.law, flying, position, velocity, seconds_between(0, stamp_ns), self.closing_elapsed,
-            self.closing_duration, control.period_ns * NANOSECOND_S, self.off, self.start, self.aim, self.close,
-            self.estimate, self.covariance, self.integral, self.carry, self.thrust, self.largest_error,
+            self.law, self.mass, self.limit, flying, position, velocity, seconds_between(0, stamp_ns),
+            self.closing_elapsed, self.closing_duration, control.period_ns * NANOSECOND_S, self.off, self.start,
+            self.aim, self.close, self.estimate, self.covariance, self.integral, self.carry, self.thrust,
+            self.largest_error,
         )  # fmt: skip
 
     def _hear(self, flying: np.ndarray, stamp_ns: int, position: np.ndarray, velocity: np.ndarray) -> None:
@@ -261,13 +301,13 @@ class _Flight:
                 fired[b, self.failures[b].mu] = self.failures[b].fired(stamp_ns, self.thrust[b, self.failures[b].mu])
         return fired
 
-    def _look(self, b: int, stamp_ns: int) -> closing.ClosingSituation:
-        """What the planner knows of one scenario with 8 MUs: their odometry, and the debris as it is."""
+    def _look(self, b: int, stamp_ns: int) -> ClosingSituation:
+        """What the planner knows of one scenario: the units' odometry, and the debris as it is."""
         mus = self.heard_position[b].copy()
-        lost = list(closing.off_course(mus, self.aim[b], self.settings.mission))
+        lost = list(off_course(mus, self.aim[b], self.system, self.settings.mission))
         if self.failures[b].silent(stamp_ns):
             lost[self.failures[b].mu] = True
-        return closing.closing_situation(mus, self.heard_velocity[b].copy(), *self.world.body_motion(b, DEBRIS), lost)
+        return closing_situation(mus, self.heard_velocity[b].copy(), *self.world.body_motion(b, DEBRIS), lost)
 
     def _decide(self, flying: np.ndarray, stamp_ns: int) -> np.ndarray:
         """The planner's part: trigger, end. Returns the scenarios that fly on."""
@@ -279,6 +319,7 @@ class _Flight:
                 continue
             self.missions[b] = advance(
                 self.missions[b],
+                self.system,
                 stamp_ns,
                 self.world.net_center(b),
                 self.world.debris_position(b),
@@ -294,6 +335,10 @@ class _Flight:
                 going_on.append(b)
         return np.array(going_on, dtype=int)
 
+    def _mouth_area(self, b: int) -> float | None:
+        area = mouth_area(self.world.mus_as_published(b), self.system, self.world.knots_as_published(b))
+        return None if math.isnan(area) else area
+
     def _outcome_at_trigger(self, b: int, stamp_ns: int) -> Outcome:
         unknown = float("nan")
         return dataclasses.replace(
@@ -306,7 +351,7 @@ class _Flight:
         )
 
     def _outcome(self, b: int, stamp_ns: int, error: str = "") -> Outcome:
-        scenario, mission, quality = self.scenarios[b], self.missions[b], self.settings.quality
+        scenario, mission, system = self.scenarios[b], self.missions[b], self.system
         missed = mission.phase == Phase.MISSED
         locked = int(self.world.state.locked[b].sum())
         cqi = cqi_all = distance = float("nan")
@@ -316,16 +361,14 @@ class _Flight:
                 self.world.mus_as_published(b),
                 self.world.net_center(b),
                 self.world.debris_position(b),
-                quality,
+                system,
                 self.world.net_center_all(b),
             )
             cqi, cqi_all, distance = hull.cqi, hull.cqi_all, hull.distance
-        decides = quality.deciding(cqi, cqi_all)
+        decides = deciding(cqi, cqi_all, system)
         return Outcome(
-            captured=not error and not missed and captured(decides, locked, scenario.mus, quality),
-            verdict=f"error: {error}"
-            if error
-            else verdict(decides, locked, scenario.mus, quality, mission.reason if missed else ""),
+            captured=not error and not missed and captured(decides, locked, system),
+            verdict=f"error: {error}" if error else verdict(decides, locked, system, mission.reason if missed else ""),
             cqi=cqi,
             cqi_all=cqi_all,
             locked_pairs=locked,
@@ -338,5 +381,6 @@ class _Flight:
             max_tracking_error_m=float(self.largest_error[b]),
             seed=scenario.seed,
             mus=scenario.mus,
+            system=system.name,
             error=error,
         )

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 
 from tethernet_core.mission import seconds_between
 from tethernet_core.settings import ControlParameters
+from tethernet_core.system import Unit
 
 ZERO = (0.0, 0.0, 0.0)
 
@@ -55,8 +56,13 @@ class Barrier:
 class CommandBuffer:
     """The thrust commands of one MU: what is checked, limited, held and zeroed, and how often."""
 
-    def __init__(self, control: ControlParameters):
+    def __init__(self, control: ControlParameters, unit: Unit):
+        """Args:
+        control: gives the watchdog's patience.
+        unit: gives the thrust limit.
+        """
         self._control = control
+        self._limit_n = unit.thrust_limit_n
         self._thrust = ZERO
         self._stamp_ns: int | None = None
         self.late = 0
@@ -81,7 +87,7 @@ class CommandBuffer:
             return False
         if self._stamp_ns is not None and stamp_ns < self._stamp_ns:
             return False
-        limit = self._control.thrust_limit_n
+        limit = self._limit_n
         x, y, z = thrust
         if max(map(abs, thrust)) > limit:
             self.clipped += 1

@@ -6,18 +6,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from tethernet_core.layout import KNOT_ROWS, design
-from tethernet_core.settings import MissionParameters
 from tethernet_core.shapes.cylinder import Cylinder
 from tethernet_core.system import System
 from tethernet_sim.settings import PhysicsParameters
-
-KNOTS = KNOT_ROWS * KNOT_ROWS
-CENTRAL_KNOT = KNOTS // 2
-CLOSING_NODES_PER_SIDE = (0, 7, 15)
-"""Closing nodes of the 4-MU design on each side, counted from one corner; the next corner starts the next side [A; 12
-is P].
-"""
 
 
 class Numbers(NamedTuple):
@@ -100,7 +91,7 @@ def build_model(system: System, physics: PhysicsParameters) -> Model:
 
     Args:
         system: the hardware.
-        physics: time step, contact, joints and the coupling of external MUs; what it says of hardware is not looked at.
+        physics: time step, contact, joints and the coupling of external MUs.
 
     Raises:
         ValueError: for a debris that the contact kernels cannot fly.
@@ -168,103 +159,6 @@ def build_model(system: System, physics: PhysicsParameters) -> Model:
         contact_damping=physics.contact_damping_ratio * _critical(physics.contact_stiffness_n_m, masses),
     )
     return Model(numbers, arrays, None if net.grid is None else (net.grid.rows, net.grid.columns))
-
-
-def closing_nodes() -> list[int]:
-    """The 12 closing nodes of the 4-MU design in their order round the mouth, as knot numbers."""
-    last = KNOT_ROWS - 1
-    nodes: list[int] = []
-    nodes += CLOSING_NODES_PER_SIDE
-    nodes += [row * KNOT_ROWS + last for row in CLOSING_NODES_PER_SIDE]
-    nodes += [last * KNOT_ROWS + (last - column) for column in CLOSING_NODES_PER_SIDE]
-    nodes += [(last - row) * KNOT_ROWS for row in CLOSING_NODES_PER_SIDE]
-    return nodes
-
-
-def knot_masses(physics: PhysicsParameters) -> np.ndarray:
-    """Mass of each knot [kg], shape (529,): half of each thread that ends there."""
-    ends = np.zeros((KNOT_ROWS, KNOT_ROWS))
-    ends[:, :-1] += 0.5
-    ends[:, 1:] += 0.5
-    ends[:-1] += 0.5
-    ends[1:] += 0.5
-    return (ends * physics.thread_mass_kg).ravel()
-
-
-def build_design(mu_count: int, physics: PhysicsParameters, mission: MissionParameters) -> Model:
-    """Derive the model of one of the paper's designs from the parameters.
-
-    Args:
-        mu_count: 4 or 8.
-        physics: numbers of the bodies.
-        mission: gives the docking distance.
-
-    Raises:
-        ValueError: for an unknown design.
-    """
-    layout = design(mu_count)
-    mass = knot_masses(physics)
-    mu = np.full(mu_count, physics.mu_mass_kg)
-    threads = grid_threads(KNOT_ROWS, KNOT_ROWS)
-    if layout.closes_by_docking:
-        ring = [KNOTS + mu_number - 1 for mu_number in layout.closing_ring]
-    else:
-        ring = closing_nodes()
-    pairs = np.array(list(zip(ring, ring[1:] + ring[:1], strict=True)))
-    all_masses = np.concatenate([mass, mu])
-    first, second = all_masses[pairs[:, 0]], all_masses[pairs[:, 1]]
-    docks = layout.closes_by_docking
-    numbers = Numbers(
-        knots=KNOTS,
-        center_node=CENTRAL_KNOT,
-        time_step=physics.time_step_s,
-        debris_mass=physics.debris_mass_kg,
-        debris_across=physics.debris_mass_kg * (3.0 * physics.debris_radius_m**2 + physics.debris_length_m**2) / 12.0,
-        debris_along=0.5 * physics.debris_mass_kg * physics.debris_radius_m**2,
-        debris_radius=physics.debris_radius_m,
-        debris_half_length=0.5 * physics.debris_length_m,
-        chaser_mass=physics.chaser_mass_kg,
-        chaser_inertia=physics.chaser_mass_kg * physics.chaser_side_m**2 / 6.0,
-        tether_anchor=-0.5 * physics.chaser_side_m,
-        tether_stiffness=physics.tether_stiffness_n_m,
-        tether_damping=physics.tether_damping_n_s_m,
-        contact_stiffness=physics.contact_stiffness_n_m,
-        friction=physics.friction_coefficient,
-        knot_radius=physics.knot_radius_m,
-        mu_radius=physics.mu_radius_m,
-        winch_speed=2.0 * physics.winch_speed_m_s,
-        winch_tension=physics.winch_tension_n,
-        winch_stiffness=physics.winch_stiffness_n_m,
-        joint_stiffness=physics.joint_stiffness_n_m,
-        joint_draw_in=physics.joint_draw_in_m_s if docks else 0.0,
-        joint_pull=physics.joint_pull_n,
-        docking_distance=mission.docking_distance_m,
-    )
-    winches = 0 if docks else len(pairs) // len(CLOSING_NODES_PER_SIDE)
-    segments = len(CLOSING_NODES_PER_SIDE)
-    arrays = Arrays(
-        knot_mass=mass,
-        kick=physics.time_step_s / mass,
-        threads=threads,
-        rest=np.full(len(threads), physics.mesh_m),
-        stiffness=np.full(len(threads), physics.thread_stiffness_n_m),
-        damping=np.full(len(threads), physics.thread_damping_n_s_m),
-        mu_mass=mu,
-        mu_inverse_mass=1.0 / mu,
-        mu_knot=np.array([row * KNOT_ROWS + column for row, column in layout.knots]),
-        mu_thread=np.array(layout.thread_lengths),
-        mu_stiffness=np.full(mu_count, physics.thread_stiffness_n_m),
-        mu_damping=np.full(mu_count, physics.thread_damping_n_s_m),
-        coupling_stiffness=mu * physics.external_coupling_rad_s**2,
-        coupling_damping=2.0 * mu * physics.external_coupling_rad_s,
-        pairs=pairs,
-        pair_winch=np.full(len(pairs), -1) if docks else np.arange(len(pairs)) // segments,
-        winch_begin=segments * np.arange(winches + 1),
-        joint_damping=physics.joint_damping_ratio
-        * _critical(physics.joint_stiffness_n_m, first * second / (first + second)),
-        contact_damping=physics.contact_damping_ratio * _critical(physics.contact_stiffness_n_m, all_masses),
-    )
-    return Model(numbers, arrays, (KNOT_ROWS, KNOT_ROWS))
 
 
 def _critical(stiffness: float, mass: np.ndarray) -> np.ndarray:

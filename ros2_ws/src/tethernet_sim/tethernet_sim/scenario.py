@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+from typing import Any, overload
 
 import numpy as np
 
-from tethernet_core.layout import design
 from tethernet_core.mission import Point
 from tethernet_core.parameters import build, defaults
+from tethernet_core.system import System, load_system
 from tethernet_sim.settings import ScenarioParameters
 
 FAILURES = ("no_thrust", "stuck_thrust", "no_odometry")
@@ -29,36 +31,68 @@ class Failure:
     """After launch [s]; takes effect at the next control tick."""
 
 
+class _DescribedSystem:
+    """The field ``system`` of a scenario: given as a system, the name of a shipped one or a path, read as a system."""
+
+    @overload
+    def __get__(self, instance: None, owner: type) -> str: ...
+    @overload
+    def __get__(self, instance: Scenario, owner: type) -> System: ...
+    def __get__(self, instance: Scenario | None, owner: type) -> System | str:
+        return default_system() if instance is None else instance.__dict__["_system"]
+
+    def __set__(self, instance: Scenario, value: System | str | Path) -> None:
+        instance.__dict__["_system"] = described(value)
+
+
+def default_system() -> str:
+    """Name of the system that is flown where none is named: that of the default scenario."""
+    return defaults(ScenarioParameters)["system"]
+
+
+def described(system: System | str | Path) -> System:
+    """The system itself, or that of a name or a path.
+
+    Raises:
+        DescriptionError: where there is none, or its description is wrong.
+    """
+    return system if isinstance(system, System) else load_system(system)
+
+
 @dataclass(frozen=True)
 class Scenario:
-    """One mission to fly. Whatever is not given comes from the default scenario (config/scenario.yaml)."""
+    """One mission to fly. Whatever is not given comes from the system's own parameters, and what those do not hold from
+    the default scenario (config/scenario.yaml).
+    """
 
-    mus: int = field(default_factory=lambda: defaults(ScenarioParameters)["mu_count"])
-    """4 or 8 MUs."""
-    debris_position: Point = field(default_factory=lambda: tuple(defaults(ScenarioParameters)["debris_position"]))
+    system: _DescribedSystem = _DescribedSystem()
+    """What is flown: a system; also its name, if it is shipped, or the path of its description."""
+    debris_position: Point = None  # type: ignore[assignment]
     """The debris' centre of mass at launch [m], frame launch."""
-    debris_attitude: tuple[float, float, float, float] = field(
-        default_factory=lambda: tuple(defaults(ScenarioParameters)["debris_attitude"])
-    )
-    """Unit quaternion x y z w, debris body (long axis z) to launch."""
-    debris_rate: Point = field(default_factory=lambda: tuple(defaults(ScenarioParameters)["debris_rate"]))
+    debris_attitude: tuple[float, float, float, float] = None  # type: ignore[assignment]
+    """Unit quaternion x y z w, debris body to launch."""
+    debris_rate: Point = None  # type: ignore[assignment]
     """The debris' angular rate in its body frame [rad/s]."""
-    seed: int = field(default_factory=lambda: defaults(ScenarioParameters)["seed"])
+    seed: int = None  # type: ignore[assignment]
     """Seed of the sensor noise."""
     aiming_offsets: tuple[tuple[float, float], ...] | None = None
-    """(dx, dy) of each MU's aiming point from the nominal one [m]; None for the nominal points."""
+    """(dx, dy) of each unit's aiming point from the nominal one [m]; None for the nominal points."""
     failure: Failure | None = None
-    """One MU that is lost in flight; None for a healthy swarm."""
+    """One unit that is lost in flight; None for a healthy swarm."""
 
     def __post_init__(self) -> None:
         """Raises:
         ValueError: naming the value and what is allowed.
         """
+        own = {**defaults(ScenarioParameters), **self.system.parameters.get("scenario", {})}
+        for name in ("debris_position", "debris_attitude", "debris_rate", "seed"):
+            if getattr(self, name) is None:
+                value = own[name]
+                object.__setattr__(self, name, tuple(value) if isinstance(value, list) else value)
         build(
             ScenarioParameters,
             {
-                **defaults(ScenarioParameters),
-                "mu_count": self.mus,
+                **own,
                 "debris_position": [float(x) for x in self.debris_position],
                 "debris_attitude": [float(x) for x in self.debris_attitude],
                 "debris_rate": [float(x) for x in self.debris_rate],
@@ -79,11 +113,31 @@ class Scenario:
                 "time_s not negative"
             )
 
+    @property
+    def mus(self) -> int:
+        """Number of units."""
+        return self.system.unit_count
+
+    def record(self) -> dict[str, Any]:
+        """All of it as JSON holds it, the system by name and digest."""
+        failure = None if self.failure is None else asdict(self.failure)
+        return {
+            "system": self.system.name,
+            "system_digest": self.system.digest,
+            "mus": self.mus,
+            "debris_position": self.debris_position,
+            "debris_attitude": self.debris_attitude,
+            "debris_rate": self.debris_rate,
+            "seed": self.seed,
+            "aiming_offsets": self.aiming_offsets,
+            "failure": failure,
+        }
+
     def aiming_points(self) -> np.ndarray:
-        """Aiming points of all MUs [m], shape (M, 3)."""
+        """Aiming points of all units [m], shape (M, 3)."""
         points = np.empty((self.mus, 3))
         points[:] = self.debris_position
-        points[:, :2] += design(self.mus).nominal_offsets
+        points[:, :2] += self.system.aiming.offsets
         if self.aiming_offsets is not None:
             points[:, :2] += self.aiming_offsets
         return points
@@ -110,13 +164,16 @@ class Outcome:
     fuel_at_trigger_kg: tuple[float, ...]
     """Per MU, launch to the start of closing [kg]."""
     mouth_area_m2: float | None
-    """At the start of closing [m^2]."""
+    """At the start of closing [m^2]; None where there was none, or where nothing spans the mouth."""
     net_debris_distance_m: float
     """Between the centres of mass at the end [m]."""
     max_tracking_error_m: float
     """Largest distance of any MU's estimated position, as its controller has it, from its desired one [m]."""
     seed: int
     mus: int
+    """Number of units."""
+    system: str = field(default="", kw_only=True)
+    """Name of the system."""
     error: str = ""
     """Why the simulation itself failed, if it did."""
     stopped_at_trigger: bool = False

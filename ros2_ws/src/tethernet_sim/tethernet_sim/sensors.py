@@ -21,7 +21,7 @@ class OdometryNoise:
     def __init__(self, seed: int, mu_count: int, control: ControlParameters):
         """Args:
         seed: of the scenario, not negative.
-        mu_count: 4 or 8.
+        mu_count: number of units.
         control: gives the standard deviations.
         """
         self._generator = np.random.Generator(np.random.PCG64(np.random.SeedSequence([seed, mu_count])))

@@ -19,10 +19,9 @@ import math
 import numpy as np
 import numpy.typing as npt
 
-from tethernet_core.layout import DESIGNS
-from tethernet_core.parameters import load
-from tethernet_core.settings import MissionParameters
-from tethernet_sim.model import Model, build_design
+from tethernet_core.parameters import ParameterError
+from tethernet_core.system import System
+from tethernet_sim.model import Model, build_model
 from tethernet_sim.settings import PhysicsParameters
 
 _ITERATIONS = 200
@@ -78,11 +77,25 @@ class Springs:
         return bound
 
 
-@functools.cache
-def largest_step_of(physics: PhysicsParameters) -> float:
-    """The largest time step that is stable for every design [s]; the parameters' own step is not looked at."""
-    mission = load(MissionParameters)
-    return min(largest_step(build_design(mu_count, physics, mission)) for mu_count in DESIGNS)
+def check_stable(system: System, physics: PhysicsParameters) -> None:
+    """Make sure that a system can be flown with this time step.
+
+    Raises:
+        ParameterError: naming the largest one that is allowed.
+    """
+    largest = largest_step_of(system, physics)
+    if physics.time_step_s > largest:
+        raise ParameterError(
+            f"PhysicsParameters.time_step_s = {physics.time_step_s:g}: unstable with the masses, stiffnesses and "
+            f"dampings of {system.name}; allowed: at most {math.floor(largest * 1e9) * 1e-9:.5g} s, a whole part of "
+            "the control period"
+        )
+
+
+@functools.lru_cache(maxsize=64)
+def largest_step_of(system: System, physics: PhysicsParameters) -> float:
+    """The largest time step that is stable for a system [s]; the parameters' own step is not looked at."""
+    return largest_step(build_model(system, physics))
 
 
 def largest_step(model: Model) -> float:

@@ -6,9 +6,9 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 
-from tethernet_core.layout import KNOT_ROWS
 from tethernet_core.rotation import rotate
-from tethernet_sim.model import KNOTS, Model
+from tethernet_core.system import System
+from tethernet_sim.model import Model
 from tethernet_sim.settings import PhysicsParameters
 
 DEBRIS, CHASER = 0, 1
@@ -59,6 +59,7 @@ class State:
 
 def initial_state(
     model: Model,
+    system: System,
     physics: PhysicsParameters,
     debris_position: np.ndarray,
     debris_attitude: np.ndarray,
@@ -67,17 +68,18 @@ def initial_state(
     """The net folded flat in front of the chaser, everything at rest but the debris' rotation.
 
     Args:
-        model: of the design.
-        physics: numbers of the bodies.
+        model: of the system.
+        system: net and chaser.
+        physics: how the net is folded, and where it lies.
         debris_position: centre of mass [m], shape (B, 3).
         debris_attitude: unit quaternions x y z w, body to launch, shape (B, 4).
         debris_rate: angular rate in the body frame [rad/s], shape (B, 3).
     """
     batch = len(debris_position)
     mus, pairs = len(model.arrays.mu_knot), len(model.arrays.pairs)
-    flat = (np.arange(KNOT_ROWS) - KNOT_ROWS // 2) * physics.mesh_m * physics.fold_factor
-    x, y = np.meshgrid(flat, flat)
-    folded = np.stack([x.ravel(), y.ravel(), np.full(KNOTS, -physics.start_distance_m)])
+    flat = system.net.nodes - system.net.nodes[system.net.center_node]
+    folded = np.ascontiguousarray((flat * physics.fold_factor).T)
+    folded[2] -= physics.start_distance_m
     bodies = np.zeros((batch, 2, 13))
     bodies[:, DEBRIS, POSITION] = debris_position
     bodies[:, DEBRIS, ATTITUDE] = debris_attitude
@@ -85,15 +87,15 @@ def initial_state(
     bodies[:, DEBRIS, MOMENTUM] = rotate(
         np.asarray(debris_attitude, float), debris_rate * np.array([across, across, along])
     )
-    bodies[:, CHASER, 2] = 0.5 * physics.chaser_side_m
+    bodies[:, CHASER, 2] = 0.5 * system.chaser.side_m
     bodies[:, CHASER, 9] = 1.0
     return State(
         knot_pos=np.repeat(folded[None], batch, axis=0),
-        knot_vel=np.zeros((batch, 3, KNOTS)),
+        knot_vel=np.zeros((batch, 3, model.numbers.knots)),
         mu_pos=np.repeat(folded[:, model.arrays.mu_knot].T[None], batch, axis=0),
         mu_vel=np.zeros((batch, mus, 3)),
         bodies=bodies,
-        bristle=np.zeros((batch, KNOTS + mus, 3)),
+        bristle=np.zeros((batch, model.numbers.knots + mus, 3)),
         closing=np.zeros(batch, bool),
         tether_length=np.full(batch, physics.start_distance_m),
         pair_length=np.zeros((batch, pairs)),

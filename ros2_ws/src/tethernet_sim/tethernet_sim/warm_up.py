@@ -28,11 +28,11 @@ def main() -> int:
     from tethernet_sim.scenario import Scenario
 
     # A trigger at once and a short capture lead through closing and contact search too.
-    settings = Settings.load(mission={"trigger_distance_m": 50.0, "capture_duration_s": 1.0})
-    for mus in (4, 8):
+    for name in ("zenit_4mu", "zenit_8mu"):
         began = time.perf_counter()
-        print(f"compiling the physics of {mus} MUs ...", end=" ", flush=True)
-        fly(Scenario(mus=mus), settings)
+        print(f"compiling the physics of {name} ...", end=" ", flush=True)
+        settings = Settings.load(name, mission={"trigger_distance_m": 50.0, "capture_duration_s": 1.0})
+        fly(Scenario(name), settings)
         print(f"{time.perf_counter() - began:.1f} s", flush=True)
     return 0
 
@@ -48,7 +48,8 @@ def load_kernels(say: Callable[[str], None]) -> None:
     from numba.core import event
 
     from tethernet_core.parameters import load
-    from tethernet_core.settings import ControlParameters, MissionParameters
+    from tethernet_core.settings import ControlParameters
+    from tethernet_core.system import load_system
     from tethernet_sim.settings import PhysicsParameters, ScenarioParameters
     from tethernet_sim.world import World
 
@@ -67,16 +68,15 @@ def load_kernels(say: Callable[[str], None]) -> None:
     with event.install_listener("numba:compile", watch):
         scenario = load(ScenarioParameters)
         world = World(
-            scenario.mu_count,
+            load_system(scenario.system),
             np.array([scenario.debris_position]),
             np.array([scenario.debris_attitude]),
             np.array([scenario.debris_rate]),
             physics=load(PhysicsParameters),
-            mission=load(MissionParameters),
             control=load(ControlParameters),
         )
         world.begin_closing(0)
-        world.advance(np.zeros((1, scenario.mu_count, 3)))
+        world.advance(np.zeros_like(world.state.mu_pos))
     if watch.began is not None:
         say(f"{COMPILED} in {time.perf_counter() - watch.began:.0f} s")
 

@@ -8,10 +8,12 @@ import numpy as np
 
 from tethernet_core.bounds import FARTHEST_M, FASTEST_M_S, FASTEST_RAD_S
 from tethernet_core.rotation import inverse, matrix, rotate
-from tethernet_core.settings import ControlParameters, MissionParameters
+from tethernet_core.settings import ControlParameters
+from tethernet_core.system import System
 from tethernet_sim.engine import Commands, Engine, engine_for
-from tethernet_sim.model import Model, build_design
+from tethernet_sim.model import Model, build_model
 from tethernet_sim.settings import PhysicsParameters, check_together
+from tethernet_sim.stability import check_stable
 from tethernet_sim.state import ATTITUDE, CHASER, DEBRIS, MOMENTUM, POSITION, VELOCITY, State, initial_state
 
 
@@ -21,7 +23,7 @@ def divergence(elapsed_s: float) -> str:
 
 
 class World:
-    """B scenarios of one design, from the folded net to the closed mouth.
+    """B scenarios of one system, from the folded net to the closed mouth.
 
     Not modelled: orbital dynamics (the motion lasts a minute), attitude of the MUs, contact of knots with each other,
     of threads between their knots with anything, and of anything with the chaser.
@@ -29,31 +31,32 @@ class World:
 
     def __init__(
         self,
-        mu_count: int,
+        system: System,
         debris_position: np.ndarray,
         debris_attitude: np.ndarray,
         debris_rate: np.ndarray,
         physics: PhysicsParameters,
-        mission: MissionParameters,
         control: ControlParameters,
     ):
         """Args:
-            mu_count: 4 or 8.
+            system: the hardware.
             debris_position: centre of mass [m], shape (B, 3), frame launch.
             debris_attitude: unit quaternions x y z w, body to launch, shape (B, 4).
             debris_rate: angular rate in the body frame [rad/s], shape (B, 3).
-            physics: numbers of the bodies.
-            mission: gives the docking distance.
+            physics: time step, contact, joints, how the net is folded.
             control: gives the control period.
 
         Raises:
-            ValueError: for an unknown design, or parameters that do not fit together.
+            ParameterError: for a time step that is unstable, or parameters that do not fit together.
         """
-        check_together(physics, mission, control)
+        check_together(physics, control)
+        check_stable(system, physics)
+        self.system = system
         self.physics = physics
-        self.model: Model = build_design(mu_count, physics, mission)
+        mu_count = system.unit_count
+        self.model: Model = build_model(system, physics)
         self.steps = round(control.control_period_s / physics.time_step_s)
-        self.state: State = initial_state(self.model, physics, debris_position, debris_attitude, debris_rate)
+        self.state: State = initial_state(self.model, system, physics, debris_position, debris_attitude, debris_rate)
         batch = self.state.batch
         self.external = np.zeros((batch, mu_count), bool)
         """MUs whose stand-ins follow a target instead of flying on thrust, shape (B, M)."""
@@ -101,6 +104,15 @@ class World:
         ):
             sound &= (np.abs(values) <= limit).all(axis=(1, 2))  # NaN is not
         return ~sound
+
+    def launch(self, index: int) -> None:
+        """Eject the net of one scenario; nothing where units fly it out."""
+        launch, nodes = self.system.launch, self.system.net.node_count
+        for particle, velocity in zip(launch.particles, launch.velocities, strict=True):
+            if particle < nodes:
+                self.state.knot_vel[index, :, particle] = velocity
+            else:
+                self.state.mu_vel[index, particle - nodes] = velocity
 
     def begin_closing(self, index: int) -> None:
         """Lock the main tether, start the winches, enable docking in one scenario."""

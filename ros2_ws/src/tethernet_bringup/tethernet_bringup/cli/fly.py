@@ -12,7 +12,8 @@ from tethernet_core.atomic_file import write_text
 from tethernet_core.command import FAULT
 from tethernet_core.errors import InputError
 from tethernet_core.subcommand import Parser, Subcommand, number, whole_number
-from tethernet_core.system.option import add_system, chosen_system, family_units
+from tethernet_core.system import System
+from tethernet_core.system.option import add_system, chosen_system
 from tethernet_learning import flight_settings
 from tethernet_learning.campaigns.cases import Case, aim
 from tethernet_learning.campaigns.records import plain
@@ -25,24 +26,24 @@ FARTHEST = 1e6
 
 def run(options: argparse.Namespace) -> int:
     """Fly, print, write."""
-    [mus] = family_units([chosen_system(options)])
-    settings = flight_settings.settings_of(options.set, options.control == "paper")
+    system = chosen_system(options)
+    settings = flight_settings.settings_of(options.set, options.control == "paper", system)
     if options.json is not None and not options.json.absolute().parent.is_dir():
         raise InputError(f"--json {options.json}: its folder does not exist")
-    [case] = aim([Case(_scenario(options, mus), "fly")], options.policy)
+    [case] = aim([Case(_scenario(options, system), "fly")], options.policy)
     if case.error:
         raise InputError(f"--policy {options.policy}: {case.error}")
     [outcome] = fly_many([case.scenario], settings)
     print(_told(outcome, case.policy))
     if options.json is not None:
-        content = {"policy": case.policy, "scenario": asdict(case.scenario), "outcome": asdict(outcome)}
+        content = {"policy": case.policy, "scenario": case.scenario.record(), "outcome": asdict(outcome)}
         write_text(options.json, json.dumps(plain(content), indent=2, allow_nan=False) + "\n")
     if outcome.error:
         return FAULT
     return 0 if outcome.captured else NOT_CAPTURED
 
 
-def _scenario(options: argparse.Namespace, mus: int) -> Scenario:
+def _scenario(options: argparse.Namespace, system: System) -> Scenario:
     """The default scenario, with what is given in the place of its values."""
     given = {
         "debris_position": options.debris, "debris_attitude": options.attitude, "debris_rate": options.tumble,
@@ -55,7 +56,7 @@ def _scenario(options: argparse.Namespace, mus: int) -> Scenario:
         if options.lose is not None:
             unit, kind, time_s = options.lose
             values["failure"] = Failure(int(unit), kind, float(time_s))
-        return Scenario(mus=mus, **values)
+        return Scenario(system, **values)
     except ValueError as error:
         raise InputError(str(error)) from error
 

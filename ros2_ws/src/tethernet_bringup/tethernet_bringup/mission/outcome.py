@@ -13,8 +13,9 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from tethernet_core.aiming import FALLBACK
 from tethernet_core.atomic_file import write_text
-from tethernet_core.layout import FALLBACK, design
+from tethernet_core.layout import design
 from tethernet_core.mission import Mission, Phase, seconds_between
 from tethernet_core.mission_gate import MissionGate
 

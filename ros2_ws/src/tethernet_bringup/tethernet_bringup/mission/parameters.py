@@ -17,7 +17,7 @@ import yaml
 
 from tethernet_bringup.mission.supervisor_settings import SupervisorParameters
 from tethernet_bringup.nodes import ASSESSOR, MONITOR, PLANNER, RECORDER, SIM, controller, mu_of
-from tethernet_core.layout import DESIGNS
+from tethernet_core.layout import DESIGNS, system_of
 from tethernet_core.parameters import ParameterError, build, defaults, field_types, read_yaml
 from tethernet_core.settings import ControlParameters, MissionParameters
 from tethernet_core.shown import SHORT, shown
@@ -151,15 +151,14 @@ def node_classes(mu_count: int, simulated: bool = True) -> dict[str, tuple[type,
         simulated: whether the simulator runs; its scenario is checked in any case, because it says where the debris is.
     """
     from tethernet_bringup.recorder.settings import RecorderParameters
-    from tethernet_core.capture_quality import QualityParameters
     from tethernet_planner.settings import AssessorParameters, PlannerParameters
     from tethernet_sim.settings import PhysicsParameters, SimNodeParameters
 
     return {
-        SIM: (ScenarioParameters, SimNodeParameters, PhysicsParameters, ControlParameters, MissionParameters),
+        SIM: (ScenarioParameters, SimNodeParameters, PhysicsParameters, ControlParameters),
         **{controller(mu): (ControlParameters,) for mu in range(1, mu_count + 1)},
         PLANNER: (PlannerParameters, MissionParameters, ControlParameters),
-        ASSESSOR: (AssessorParameters, QualityParameters, MissionParameters, ControlParameters),
+        ASSESSOR: (AssessorParameters, ControlParameters),
         RECORDER: (RecorderParameters,),
         MONITOR: (SupervisorParameters,),
     }
@@ -294,16 +293,21 @@ def _check_models(values: Values, mu_count: int, sources: Mapping[tuple[str, str
     from tethernet_planner.inference import shipped_models
 
     hashes = {}
-    for node, key, check, fingerprint, refusal in (
-        (PLANNER, "policy", policies.check, policies.fingerprint, policies.PolicyError),
-        (ASSESSOR, "predictor", prediction.make, prediction.fingerprint, prediction.PredictorError),
-    ):
-        try:
-            check(values[node][key], mu_count)
-            hashes[key] = fingerprint(values[node][key], mu_count)
-        except refusal as error:
-            raise MissionParametersError(f"{sources.get((node, key), node + ': ')}{error}") from error
-        values[node][key] = shipped_models.absolute(values[node][key])
+    system = system_of(mu_count)
+    named = values[PLANNER]["policy"]
+    try:
+        policies.check(named, system)
+        hashes["policy"] = policies.fingerprint(named, system)
+    except policies.PolicyError as error:
+        raise MissionParametersError(f"{sources.get((PLANNER, 'policy'), PLANNER + ': ')}{error}") from error
+    values[PLANNER]["policy"] = shipped_models.absolute(named)
+    named = values[ASSESSOR]["predictor"]
+    try:
+        prediction.make(named, mu_count)
+        hashes["predictor"] = prediction.fingerprint(named, mu_count)
+    except prediction.PredictorError as error:
+        raise MissionParametersError(f"{sources.get((ASSESSOR, 'predictor'), ASSESSOR + ': ')}{error}") from error
+    values[ASSESSOR]["predictor"] = shipped_models.absolute(named)
     return {key: value for key, value in hashes.items() if value}
 
 
@@ -312,7 +316,7 @@ def _check_physics(built: Sequence[Any]) -> None:
 
     of_kind = {type(instance): instance for instance in built}
     try:
-        check_together(*(of_kind[kind] for kind in (PhysicsParameters, MissionParameters, ControlParameters)))
+        check_together(*(of_kind[kind] for kind in (PhysicsParameters, ControlParameters)))
     except ParameterError as error:
         raise MissionParametersError(f"{SIM}: {error}") from error
 

@@ -28,6 +28,10 @@ class System(Hardware):
         """What the system is, in lines of text."""
         return summary_lines(self, self.digest)
 
+    def __repr__(self) -> str:
+        """Name and hardware, in a line."""
+        return f"System({self.name}, {self.digest[:16]})"
+
     def __eq__(self, other: object) -> bool:
         """Same name, hardware and parameters."""
         if not isinstance(other, System):

@@ -6,7 +6,8 @@ import dataclasses
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from tethernet_core.layout import FALLBACK, nominal_aiming_points
+from tethernet_core.aiming import FALLBACK, nominal_aiming_points
+from tethernet_core.layout import system_of
 from tethernet_learning.campaigns.columns import Row, columns, flatten
 from tethernet_planner import policies
 from tethernet_sim.scenario import Outcome, Scenario
@@ -47,7 +48,7 @@ def aim(cases: Sequence[Case], policy: str) -> list[Case]:
         PolicyError: when the policy is unknown, cannot be loaded, or was made for another design than one of the cases.
     """
     for mus in sorted({case.scenario.mus for case in cases}):
-        policies.check(policy, mus)
+        policies.check(policy, system_of(mus))
     return [case if case.scenario.aiming_offsets is not None else _aimed(case, policy) for case in cases]
 
 
@@ -56,10 +57,10 @@ def _aimed(case: Case, policy: str) -> Case:
         return dataclasses.replace(case, policy=policy)
     scenario = case.scenario
     try:
-        plan = policies.plan(policy, scenario.mus, scenario.debris_position)
+        plan = policies.plan(policy, scenario.system, scenario.debris_position)
         if plan.policy == FALLBACK:
             return dataclasses.replace(case, policy=plan.policy)
-        nominal = nominal_aiming_points(scenario.mus, scenario.debris_position)
+        nominal = nominal_aiming_points(scenario.system, scenario.debris_position)
         offsets = tuple((p[0] - n[0], p[1] - n[1]) for p, n in zip(plan.points, nominal, strict=True))
         return dataclasses.replace(case, scenario=dataclasses.replace(scenario, aiming_offsets=offsets), policy=policy)
     except Exception as error:

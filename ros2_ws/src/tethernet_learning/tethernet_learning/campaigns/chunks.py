@@ -75,6 +75,7 @@ def failed(scenario: Scenario, error: str) -> Outcome:
         max_tracking_error_m=math.nan,
         seed=scenario.seed,
         mus=scenario.mus,
+        system=scenario.system.name,
         error=error,
     )
 

@@ -17,6 +17,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from tethernet_core.layout import DESIGNS
+from tethernet_core.system import System
 
 if TYPE_CHECKING:
     from _typeshed import DataclassInstance
@@ -31,6 +32,8 @@ MU_COUNT = max(DESIGNS)
 """Fields with one value for each MU get so many columns."""
 MUS = "mus"
 """The column with a row's number of MUs."""
+SYSTEM = "system"
+"""The column with the name of what was flown."""
 
 
 @functools.cache
@@ -76,16 +79,19 @@ def rebuild_given(cls: type[T], row: Mapping[str, Value]) -> T:
             to.
     """
     given = {}
+    if row.get(SYSTEM) is None and row.get(MUS) is not None and SYSTEM in _hints(cls):
+        given[SYSTEM] = f"zenit_{row[MUS]}mu"
     for name, hint in _hints(cls).items():
         if any(row.get(column) is not None for column, _ in _columns(hint, name)):
-            given[name] = _value(hint, name, {MUS: MU_COUNT, **row}, strict=True)
+            given[name] = _value(hint, name, row, strict=True)
     return cls(**given)
 
 
 @functools.cache
 def _hints(cls: type) -> dict[str, Any]:
     hints = typing.get_type_hints(cls)
-    return {field.name: hints[field.name] for field in dataclasses.fields(cls)}
+    # A system is told by its name.
+    return {field.name: str if field.name == SYSTEM else hints[field.name] for field in dataclasses.fields(cls)}
 
 
 def _without_none(hint: Any) -> tuple[Any, bool]:
@@ -128,7 +134,7 @@ def _fill(row: Row, hint: Any, name: str, value: Any) -> None:
     if value is None:
         return
     if core in SCALARS:
-        scalar = core(value)
+        scalar = core(value.name if isinstance(value, System) else value)
         row[name] = None if core is float and not math.isfinite(scalar) else scalar
         return
     items = [getattr(value, n) for n in _hints(core)] if _is_dataclass(core) else value
@@ -151,7 +157,8 @@ def _value(hint: Any, name: str, row: Mapping[str, Value], strict: bool) -> Any:
         raise ValueError(f"column {name} is empty; give it a value")
     parts = list(_parts(core, name))
     if not _is_dataclass(core) and typing.get_args(core)[-1] is Ellipsis:
-        count = row[MUS]
+        filled = [any(row.get(column) is not None for column, _ in _columns(hint, part)) for part, hint in parts]
+        count = row.get(MUS, sum(filled))
         if not isinstance(count, int):
             raise ValueError(f"column {MUS} is {count!r}; give it a whole number")
         parts = parts[:count]

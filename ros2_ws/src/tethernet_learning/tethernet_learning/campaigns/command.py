@@ -47,7 +47,8 @@ def _fly(make: Make, options: argparse.Namespace) -> int:
     settings = settings_of(options.set, options.control == "paper")
     cases, source = make(options, settings)
     cases = aim(cases, options.policy)
-    models = {str(mus): policies.fingerprint(options.policy, mus) for mus in {case.scenario.mus for case in cases}}
+    flown = {case.scenario.mus: case.scenario.system for case in cases}
+    models = {str(mus): policies.fingerprint(options.policy, system) for mus, system in flown.items()}
     source |= {"policy": options.policy, "policy_models": models, "control": options.control}
     description = provenance.describe(source, cases, settings)
     with Results(options.output, description) as results:

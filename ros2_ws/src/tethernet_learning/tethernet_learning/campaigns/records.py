@@ -7,13 +7,14 @@ from collections.abc import Sequence
 from dataclasses import asdict
 from typing import Any
 
-from tethernet_core.capture_quality import QualityParameters, tight
+from tethernet_core.capture_quality import tight
+from tethernet_core.system import System
 from tethernet_learning.campaigns.cases import Case
 from tethernet_learning.campaigns.statistics import Estimate, summarise
 from tethernet_sim.scenario import Outcome
 
 
-def records(cases: Sequence[Case], outcomes: Sequence[Outcome], quality: QualityParameters) -> dict[str, Any]:
+def records(cases: Sequence[Case], outcomes: Sequence[Outcome], system: System) -> dict[str, Any]:
     """Statistics and records of flown scenarios, ready for JSON; missions in error count as not captured."""
     summary = summarise(outcomes)
     return {
@@ -24,12 +25,12 @@ def records(cases: Sequence[Case], outcomes: Sequence[Outcome], quality: Quality
         "fuel_at_trigger_per_mu_kg": _value(summary.fuel_at_trigger_kg),
         "locked_pairs": {str(pairs): count for pairs, count in summary.locked_pairs.items()},
         "cqi_mean": summary.cqi,
-        "cqi_below_threshold": sum(tight(outcome.cqi, quality) for outcome in outcomes),
+        "cqi_below_threshold": sum(tight(outcome.cqi, system) for outcome in outcomes),
         "cqi_all_mean": summary.cqi_all,
-        "cqi_all_below_threshold": sum(tight(outcome.cqi_all, quality) for outcome in outcomes),
+        "cqi_all_below_threshold": sum(tight(outcome.cqi_all, system) for outcome in outcomes),
         "errors": summary.errors,
         "scenarios": [
-            {"scenario": asdict(case.scenario), "outcome": asdict(outcome)}
+            {"scenario": case.scenario.record(), "outcome": asdict(outcome)}
             for case, outcome in zip(cases, outcomes, strict=True)
         ],
     }

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from tethernet_learning.campaigns import tables
 from tethernet_learning.campaigns.cases import LABELS, Case, outcome_columns
-from tethernet_learning.campaigns.columns import columns, in_words, rebuild_given
+from tethernet_learning.campaigns.columns import MUS, columns, in_words, rebuild_given
 from tethernet_learning.campaigns.errors import CampaignError
 from tethernet_sim.scenario import Scenario
 
@@ -30,7 +30,7 @@ def read(path: Path) -> list[Case]:
             f"{path} has unknown columns: {', '.join(unknown)}; allowed: group, policy, {in_words(columns(Scenario))}"
         )
     cases = []
-    for number, row in enumerate(tables.read(path, {**LABELS, **columns(Scenario)}), start=1):
+    for number, row in enumerate(tables.read(path, {**LABELS, MUS: int, **columns(Scenario)}), start=1):
         try:
             scenario = rebuild_given(Scenario, row)
         except ValueError as error:

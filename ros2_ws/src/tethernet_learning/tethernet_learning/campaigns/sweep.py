@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import dataclasses
 import sys
 from pathlib import Path
 from typing import Any
@@ -11,9 +12,9 @@ import numpy as np
 
 from tethernet_core.command import INTERRUPTED
 from tethernet_core.errors import InputError
-from tethernet_core.layout import design
+from tethernet_core.layout import design, system_of
 from tethernet_core.subcommand import Parser, Subcommand, whole_number
-from tethernet_core.system import System
+from tethernet_core.system import System, load_system
 from tethernet_core.system.option import DEFAULT, add_system, chosen_system, family, family_units
 from tethernet_learning.campaigns import pictures, provenance
 from tethernet_learning.campaigns import variations as sources
@@ -72,22 +73,26 @@ def option_settings() -> dict[str, Settings]:
     }
 
 
-def winch_settings() -> dict[str, Settings]:
-    """The settings of each winch, by its name: the map of speed and tension, then the thread's stiffness."""
+def winch_systems(name: str) -> dict[str, System]:
+    """A system with each winch, by its name: the map of speed and tension, then the thread's stiffness."""
     winches = {
-        f"{speed:g} m/s, {tension:g} N": Settings.load(physics={"winch_speed_m_s": speed, "winch_tension_n": tension})
+        f"{speed:g} m/s, {tension:g} N": load_system(
+            name, {"closing.winch.speed_m_s": speed, "closing.winch.tension_n": tension}
+        )
         for speed in SPEEDS_M_S
         for tension in TENSIONS_N
     }
-    threads = {f"default, {k:g} N/m": Settings.load(physics={"winch_stiffness_n_m": k}) for k in STIFFNESSES_N_M}
+    threads = {f"default, {k:g} N/m": load_system(name, {"closing.winch.stiffness_n_m": k}) for k in STIFFNESSES_N_M}
     return {**winches, **threads}
 
 
-def fly(variants: dict[str, Settings], mus: int, count: int, seed: int, folder: Path) -> dict[str, Summary] | None:
+def fly(
+    variants: dict[str, tuple[System, Settings]], mus: int, count: int, seed: int, folder: Path
+) -> dict[str, Summary] | None:
     """Fly every variant, each into a file of its own; what is there already is not flown again.
 
     Args:
-        variants: settings by name.
+        variants: systems and settings by name.
         mus: 4 or 8.
         count: scenarios of each.
         seed: of the scenarios.
@@ -102,9 +107,13 @@ def fly(variants: dict[str, Settings], mus: int, count: int, seed: int, folder: 
     from tethernet_sim.scenario import Outcome
 
     found = {}
-    for number, (name, settings) in enumerate(variants.items(), start=1):
-        cases = sources.random_positions(mus, count, seed, settings.mission)
+    for number, (name, (system, settings)) in enumerate(variants.items(), start=1):
+        cases = [
+            dataclasses.replace(case, scenario=dataclasses.replace(case.scenario, system=system))
+            for case in sources.random_positions(mus, count, seed, settings.mission)
+        ]
         source = {"name": "sweep", "variant": name, "mus": [mus], "seed": seed, "scenarios": count}
+        source["system"] = system.digest
         file = folder / f"{mus}mu_{number:02d}.csv"
         with Results(file, provenance.describe(source, cases, settings)) as results:
             print(f"{number} of {len(variants)}: {name}", file=sys.stderr)
@@ -161,7 +170,9 @@ def draw_winches(found: dict[str, Summary]) -> Any:
 def run(options: argparse.Namespace) -> int:
     """Fly, print the table, write it and the picture; gives 130 when interrupted."""
     [mus] = family_units([_system(options)])
-    variants = winch_settings() if options.what == "winch" else option_settings()
+    variants = {name: (system_of(mus), settings) for name, settings in option_settings().items()}
+    if options.what == "winch":
+        variants = {name: (system, Settings.load(system)) for name, system in winch_systems("zenit_4mu").items()}
     options.output.mkdir(parents=True, exist_ok=True)
     found = fly(variants, mus, options.scenarios, options.seed, options.output)
     if found is None:

@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from tethernet_core.layout import system_of
 from tethernet_core.mission import as_point
 from tethernet_core.settings import MissionParameters
 from tethernet_learning.campaigns import sphere
@@ -33,7 +34,7 @@ def random_positions(mus: int, count: int, seed: int, rules: MissionParameters) 
         seed: a longer list begins with the shorter one.
         rules: holds the bounds.
     """
-    return [Case(Scenario(mus=mus, **_place(random, rules)), "random") for random in _generators(seed, count)]
+    return [Case(Scenario(system_of(mus), **_place(random, rules)), "random") for random in _generators(seed, count)]
 
 
 def attitudes(mus: int, direction_count: int, each: int, seed: int, rules: MissionParameters) -> list[Case]:
@@ -52,7 +53,9 @@ def attitudes(mus: int, direction_count: int, each: int, seed: int, rules: Missi
         attitude = sphere.attitude_along(direction)
         group = _angle_class(math.degrees(math.acos(min(1.0, abs(direction[2])))))
         for _ in range(each):
-            cases.append(Case(Scenario(mus=mus, debris_attitude=attitude, **_place(next(generators), rules)), group))
+            cases.append(
+                Case(Scenario(system_of(mus), debris_attitude=attitude, **_place(next(generators), rules)), group)
+            )
     return cases
 
 
@@ -86,7 +89,7 @@ def tumbles(
                 varied = _place(random, rules)
                 if random_attitude:
                     varied["debris_attitude"] = sphere.random_attitude(random)
-                cases.append(Case(Scenario(mus=mus, debris_rate=spin, **varied), f"{rate:g} deg/s"))
+                cases.append(Case(Scenario(system_of(mus), debris_rate=spin, **varied), f"{rate:g} deg/s"))
     return cases
 
 
@@ -108,7 +111,7 @@ def losses(
         varied = _place(random, rules)
         time_s, which, kind = random.uniform(0.0, latest_s), random.random(), kinds[int(random.integers(len(kinds)))]
         failure = Failure(mu=1 + int(which * mus), kind=kind, time_s=round(time_s, 3))
-        cases.append(Case(Scenario(mus=mus, failure=failure, **varied), kind))
+        cases.append(Case(Scenario(system_of(mus), failure=failure, **varied), kind))
     return cases
 
 

@@ -12,8 +12,9 @@ from typing import Any
 import numpy as np
 
 from tethernet_core.atomic_file import write_whole
-from tethernet_core.capture_quality import QualityParameters
-from tethernet_core.parameters import load
+from tethernet_core.capture_quality import deciding
+from tethernet_core.layout import system_of
+from tethernet_core.system import System
 from tethernet_learning.flown import CQI_LIMIT
 from tethernet_planner.inference.net_features import feature_count
 from tethernet_sim.scenario import Outcome, Scenario
@@ -143,7 +144,7 @@ class Captures:
     """Scenarios of the whole data set that were not captured."""
     about: dict[str, Any]
     """Seed, settings, commit."""
-    quality: QualityParameters
+    system: System
     """By which captures were judged."""
 
     def chosen(self, which: np.ndarray) -> Captures:
@@ -159,7 +160,7 @@ class Captures:
 
 
 def captures(
-    outcomes: Sequence[Outcome], seen: Sequence[np.ndarray | None], about: dict[str, Any], quality: QualityParameters
+    outcomes: Sequence[Outcome], seen: Sequence[np.ndarray | None], about: dict[str, Any], system: System
 ) -> Captures:
     """The same of flights that were not written down.
 
@@ -167,7 +168,7 @@ def captures(
         outcomes: of one design.
         seen: what a surrogate sees of each; None where closing never began.
         about: facts.
-        quality: by which the captures were judged.
+        system: by which the captures were judged.
     """
     kept = [
         (outcome, row) for outcome, row in zip(outcomes, seen, strict=True) if row is not None and not outcome.error
@@ -176,14 +177,14 @@ def captures(
     return Captures(
         mus,
         np.array([row for _, row in kept], np.float32).reshape(-1, feature_count(mus)),
-        np.minimum([quality.deciding(o.cqi, o.cqi_all) for o, _ in kept], CQI_LIMIT),
+        np.minimum([deciding(o.cqi, o.cqi_all, system) for o, _ in kept], CQI_LIMIT),
         np.array([o.locked_pairs for o, _ in kept], float),
         np.array([sum(o.fuel_kg) - sum(o.fuel_at_trigger_kg) for o, _ in kept]),
         np.array([o.captured for o, _ in kept], bool),
         len(outcomes),
         sum(not o.captured for o in outcomes),
         about,
-        quality,
+        system,
     )
 
 
@@ -205,11 +206,11 @@ def read(path: Path) -> Captures:
     if about is None or names | {"cqi_all"} != set(COLUMNS) or not len(table):
         raise ValueError(f"{path} is no data set; allowed: what tethernet data make writes")
     facts = json.loads(about)
-    quality = load(QualityParameters, facts.get("settings", {}).get("quality"))
-    decides = quality.deciding("cqi", "cqi_all")
+    mus = table["mus"][0].as_py()
+    system = system_of(mus)
+    decides = deciding("cqi", "cqi_all", system)
     if decides not in names:
         raise ValueError(f"{path} has no column {decides}, by which its captures are judged; make it anew")
-    mus = table["mus"][0].as_py()
     captured = np.array(table["captured"].to_pylist(), bool)
     kept = table.filter(table["features"].is_valid())
     fuel, at_trigger = (
@@ -226,5 +227,5 @@ def read(path: Path) -> Captures:
         len(table),
         int((~captured).sum()),
         facts,
-        quality,
+        system,
     )

@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from tethernet_core.errors import InputError
+from tethernet_core.layout import system_of
 from tethernet_core.subcommand import Parser, Subcommand, whole_number
 from tethernet_core.system.option import add_system, chosen_system, family_units
 from tethernet_learning import run_folder
@@ -21,7 +22,6 @@ from tethernet_learning.data.make_data import scenarios as data_scenarios
 from tethernet_learning.flown import CQI_LIMIT, from_outcomes
 from tethernet_learning.run_progress import Progress
 from tethernet_sim.fly import Settings, fly_many
-from tethernet_sim.model import KNOTS
 from tethernet_sim.scenario import Outcome, Scenario
 from tethernet_sim.world import World
 
@@ -56,7 +56,7 @@ def measure(mus: int, count: int, seed: int, settings: Settings) -> dict[str, An
     closed = [i for i, outcome in enumerate(first) if outcome.trigger_time_s is not None]
     if not closed:
         raise InputError(f"closing began in none of {count} scenarios; take more")
-    a, b = (from_outcomes([outcomes[i] for i in closed], settings.quality) for outcomes in (first, second))
+    a, b = (from_outcomes([outcomes[i] for i in closed], system_of(mus)) for outcomes in (first, second))
     differ = float((a.captured != b.captured).mean())
     both = (a.cqi < CQI_LIMIT) & (b.cqi < CQI_LIMIT)
     return {
@@ -74,7 +74,7 @@ def measure(mus: int, count: int, seed: int, settings: Settings) -> dict[str, An
 
 def _displaced(chosen: Sequence[Scenario], settings: Settings, seed: int) -> list[Outcome]:
     random = np.random.default_rng(seed)
-    by = random.uniform(-DISPLACEMENT_M, DISPLACEMENT_M, (len(chosen), 3, KNOTS))
+    by = random.uniform(-DISPLACEMENT_M, DISPLACEMENT_M, (len(chosen), 3, chosen[0].system.net.node_count))
 
     def displace(number: int, world: World, index: int) -> None:
         world.state.knot_pos[index] += by[number]

@@ -8,7 +8,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from tethernet_core.capture_quality import QualityParameters
+from tethernet_core.layout import system_of
+from tethernet_core.system import System
 from tethernet_learning.campaigns.cases import Case, aim
 from tethernet_learning.campaigns.chunks import fly_chunks
 from tethernet_learning.campaigns.records import records
@@ -35,7 +36,7 @@ class Evaluated:
     """By policy, nominal first."""
     outcomes: Mapping[str, Sequence[Outcome]]
     """Likewise."""
-    quality: QualityParameters
+    system: System
     """By which captures were judged."""
 
     def compared(self) -> dict[str, Comparison]:
@@ -64,7 +65,7 @@ def contenders(words: Sequence[str], designs: Sequence[int]) -> dict[int, list[s
             if not fitting:
                 raise policies.PolicyError(f"policy {word} was made for {made_for} MUs; give --mus {made_for} too")
         for mus in fitting:
-            policies.check(word, mus)
+            policies.check(word, system_of(mus))
             if word not in chosen[mus]:
                 chosen[mus].append(word)
     return chosen
@@ -102,7 +103,7 @@ def evaluate(
             mus,
             by_policy,
             {name: [next(rest) for _ in cases] for name, cases in by_policy.items()},
-            settings.quality,
+            system_of(mus),
         )
         for mus, by_policy in aimed.items()
     ]
@@ -121,7 +122,7 @@ def as_json(evaluated: Sequence[Evaluated]) -> dict[str, Any]:
 def _design(e: Evaluated) -> dict[str, Any]:
     by_policy = {}
     for name, cases in e.cases.items():
-        by_policy[name] = {"model": policies.fingerprint(name, e.mus), **records(cases, e.outcomes[name], e.quality)}
+        by_policy[name] = {"model": policies.fingerprint(name, e.system), **records(cases, e.outcomes[name], e.system)}
     for name, comparison in e.compared().items():
         facts = {field.name: _estimate(getattr(comparison, field.name)) for field in dataclasses.fields(comparison)}
         by_policy[name]["against_nominal"] = facts

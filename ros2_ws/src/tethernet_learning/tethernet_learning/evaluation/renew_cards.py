@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from tethernet_core.atomic_file import write_text
+from tethernet_core.layout import system_of
 from tethernet_core.subcommand import Parser, Subcommand
 from tethernet_learning import measured
 from tethernet_learning.campaigns.progress import Progress
@@ -96,7 +97,7 @@ def measure_surrogates(settings: Settings, count: int, facts: dict[str, Any]) ->
             outcomes += some
             seen += looks
             progress.add(len(some), sum(bool(outcome.error) for outcome in some))
-        test = data_set.captures(outcomes, seen, dict(facts), settings.quality)
+        test = data_set.captures(outcomes, seen, dict(facts), system_of(mus))
         found[mus] = scores(surrogate, test)
         content = {"scenarios": count, "stream": Purpose.SURROGATE_TEST.name, "seed": 0, **facts, "scores": found[mus]}
         _write(shipped_models.SURROGATE, surrogate, content, None)

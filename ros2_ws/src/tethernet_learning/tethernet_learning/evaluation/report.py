@@ -7,8 +7,9 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+from tethernet_core.aiming import FALLBACK
 from tethernet_core.capture_quality import tight
-from tethernet_core.layout import FALLBACK
+from tethernet_core.layout import system_of
 from tethernet_learning.campaigns import pictures
 from tethernet_learning.campaigns.statistics import Estimate, summarise
 from tethernet_learning.evaluation.comparison import Comparison
@@ -77,7 +78,7 @@ def _quality(e: Evaluated, name: str, kind: str) -> str:
     known = [value for outcome in e.outcomes[name] if math.isfinite(value := getattr(outcome, kind))]
     if not known:
         return "-"
-    below = sum(tight(value, e.quality) for value in known)
+    below = sum(tight(value, system_of(e.mus)) for value in known)
     return f"{sum(known) / len(known):.2f}; {below} of {len(e.outcomes[name])}"
 
 

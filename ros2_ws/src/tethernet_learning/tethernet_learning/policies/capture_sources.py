@@ -38,7 +38,7 @@ class FullSimulation:
 
     def fly(self, scenarios: Sequence[Scenario]) -> Flown:
         """See :class:`Source`."""
-        return from_outcomes(fly_many(scenarios, self._settings), self._settings.quality)
+        return from_outcomes(fly_many(scenarios, self._settings), scenarios[0].system)
 
 
 class SurrogateCapture:
@@ -64,14 +64,14 @@ class SurrogateCapture:
             ValueError: for scenarios of a design that the surrogate was not made for.
         """
         outcomes, seen = fly_and_look(scenarios, self._settings, stop_at_trigger=True)
-        flown = from_outcomes(outcomes, self._settings.quality)
+        flown = from_outcomes(outcomes, scenarios[0].system)
         closing = np.array([i for i, row in enumerate(seen) if row is not None], dtype=int)
         if not len(closing):
             return flown
         self._surrogate.check_design(flown.mus)
         predicted = self._surrogate.predict_many(np.array([seen[i] for i in closing]))
         draws = np.array([_draw(scenarios[i].seed) for i in closing])
-        cqi_error, pairs_error = self._surrogate.draw_errors(predicted, draws, self._noise, self._settings.quality)
+        cqi_error, pairs_error = self._surrogate.draw_errors(predicted, draws, self._noise, scenarios[0].system)
         cqi = np.where(predicted.cqi < CQI_LIMIT, predicted.cqi + cqi_error, predicted.cqi)
         pairs = predicted.locked_pairs + pairs_error
         all_cqi, all_pairs = flown.cqi.copy(), flown.locked_pairs.copy()

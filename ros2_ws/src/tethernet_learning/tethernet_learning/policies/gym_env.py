@@ -7,6 +7,7 @@ from typing import Any
 import gymnasium  # noqa: TID253 - this module is imported only where training is wanted
 import numpy as np
 
+from tethernet_core.layout import system_of
 from tethernet_learning.policies import episodes
 from tethernet_learning.policies.capture_sources import Source
 from tethernet_learning.policies.reward import Reward
@@ -49,7 +50,7 @@ class AimingEnv(gymnasium.Env):
         if not task.inside(position):
             raise ValueError(f"debris_position {position}; allowed: from {task.DEBRIS_LOW_M} to {task.DEBRIS_HIGH_M} m")
         noise_seed = int(self.np_random.integers(2**31))
-        self._scenario = Scenario(mus=self._reward.mus, debris_position=tuple(position), seed=noise_seed)
+        self._scenario = Scenario(system_of(self._reward.mus), debris_position=tuple(position), seed=noise_seed)
         self._observation, self._image = task.scale_observation(position, self._symmetry)
         return self._observation.copy(), {"debris_position": self._scenario.debris_position}
 

@@ -33,7 +33,7 @@ def measure(mus: int, count: int, seed: int, settings: Settings) -> dict[str, An
     scenarios = random_scenarios(mus, Purpose.REWARD_REFERENCES, seed, 0, count)
     progress = Progress(f"missions with {mus} MUs", count)
     outcomes = fly_many(scenarios, settings, progress=lambda n, _: progress.tell(n))
-    done = flown.from_outcomes(outcomes, settings.quality)
+    done = flown.from_outcomes(outcomes, scenarios[0].system)
     return {
         "fuel_max_kg": round(FUEL_FACTOR * float(done.fuel_kg[done.captured].max()), 4),
         "mouth_max_m2": round(float(done.mouth_area_m2.max()), 1),

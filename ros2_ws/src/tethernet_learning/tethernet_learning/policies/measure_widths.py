@@ -42,7 +42,7 @@ def measure(mus: int, factor: float, count: int, seed: int, settings: Settings) 
     offsets = tuple(map(tuple, moved.tolist()))
     scenarios = random_scenarios(mus, Purpose.OFFSET_OPTIMISATION, seed, 0, count)
     outcomes = fly_many([dataclasses.replace(s, aiming_offsets=offsets) for s in scenarios], settings)
-    flown = from_outcomes(outcomes, settings.quality)
+    flown = from_outcomes(outcomes, scenarios[0].system)
     times = [outcome.trigger_time_s for outcome in outcomes if outcome.trigger_time_s is not None]
     return {
         "captured": float(flown.captured.mean()),

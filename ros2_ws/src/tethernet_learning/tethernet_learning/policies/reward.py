@@ -70,14 +70,14 @@ class Reward:
         """
         layout = design(self.mus)
         least = layout.max_locked_pairs if self.variant == "printed" else layout.required_locked_pairs
-        loose = ~tight(flown.cqi, flown.quality)
+        loose = ~tight(flown.cqi, flown.system)
         open_ = flown.locked_pairs < least
         short = flown.locked_pairs - layout.required_locked_pairs
         fuel = WEIGHT[self.mus] * (1.0 - flown.fuel_kg / self.fuel_max_kg)
         mouth = 0.0 if self.variant == "lean" else 1.0
         return {
             "mouth": mouth * flown.mouth_area_m2 / self.mouth_max_m2,
-            "cqi": np.where(loose, -np.log((flown.cqi - flown.quality.cqi_threshold) ** 2 + 1.0), 0.0),
+            "cqi": np.where(loose, -np.log((flown.cqi - flown.system.capture.cqi_threshold) ** 2 + 1.0), 0.0),
             "locked_pairs": np.where(open_, -np.log(short**2 + 1.0), 0.0),
             "fuel": np.where(loose | open_, 0.0, fuel),
         }

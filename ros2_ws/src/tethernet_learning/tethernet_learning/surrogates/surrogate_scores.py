@@ -21,7 +21,7 @@ def with_errors(surrogate: Surrogate, test: Captures) -> Surrogate:
     """The surrogate with its errors on unseen scenarios: what learning draws its noise from."""
     predicted = surrogate.predict_many(test.features)
     inside = test.cqi < CQI_LIMIT
-    near = tight(predicted.cqi, test.quality)
+    near = tight(predicted.cqi, test.system)
     parts = {"all": inside, "near": inside & near, "far": inside & ~near}
     errors = {part: _errors(predicted, test, chosen) for part, chosen in parts.items()}
     return dataclasses.replace(surrogate, errors=errors)
@@ -54,7 +54,7 @@ def scores(surrogate: Surrogate, test: Captures) -> dict[str, Any]:
     """
     predicted = surrogate.predict_many(test.features)
     probability, true = predicted.capture_probability, test.captured
-    said, likely = predicted.captured(test.mus, test.quality), probability > 0.5
+    said, likely = predicted.captured(test.system), probability > 0.5
     right = said == true
     always = _with_those_never_closed(np.ones_like(true), test)
     bins = _calibration(probability, true)

@@ -12,8 +12,9 @@ from typing import Any
 
 import numpy as np
 
-from tethernet_core.capture_quality import QualityParameters, captured, tight
+from tethernet_core.capture_quality import captured, tight
 from tethernet_core.layout import design
+from tethernet_core.system import System
 from tethernet_planner.inference import model_file, networks
 from tethernet_planner.inference.model_file import ModelFileError
 from tethernet_planner.inference.net_features import feature_count
@@ -75,9 +76,9 @@ class Predictions:
     capture_probability: np.ndarray
     """Calibrated, 0 to 1."""
 
-    def captured(self, mu_count: int, quality: QualityParameters) -> np.ndarray:
+    def captured(self, system: System) -> np.ndarray:
         """The paper's decision: predicted CQI and rounded pairs against their thresholds."""
-        return captured(self.cqi, np.round(self.locked_pairs), mu_count, quality)
+        return captured(self.cqi, np.round(self.locked_pairs), system)
 
 
 @dataclass(frozen=True)
@@ -138,7 +139,7 @@ class Surrogate:
         ]
 
     def draw_errors(
-        self, predicted: Predictions, draws: np.ndarray, noise: str, quality: QualityParameters
+        self, predicted: Predictions, draws: np.ndarray, noise: str, system: System
     ) -> tuple[np.ndarray, np.ndarray]:
         """Errors to add to predictions.
 
@@ -146,7 +147,7 @@ class Surrogate:
             predicted: n predictions.
             draws: of the standard normal distribution, shape (n, 2).
             noise: one of NOISES.
-            quality: gives the threshold between near and far.
+            system: gives the threshold between near and far.
 
         Returns:
             For CQI and locked pairs, each of shape (n,).
@@ -159,7 +160,7 @@ class Surrogate:
         if noise == "none":
             return np.zeros(len(draws)), np.zeros(len(draws))
         near, far = (self.errors["near"], self.errors["far"]) if noise == "split" else (self.errors["all"],) * 2
-        is_near = tight(predicted.cqi, quality)
+        is_near = tight(predicted.cqi, system)
         cqi = [error.cqi_mean + error.cqi_std * draws[:, 0] for error in (near, far)]
         pairs = [error.pairs_mean + error.pairs_std * draws[:, 1] for error in (near, far)]
         return np.where(is_near, *cqi), np.where(is_near, *pairs)

@@ -14,25 +14,28 @@ _observe = ieee(estimator.observe)
 _command = ieee(law.command)
 _fuel_used = ieee(law.fuel_used)
 _distance = ieee(law.distance)
+_of_unit = ieee(law.of_unit)
 
 
 @ieee
 def book_fuel(chosen, thrust, period, specific_impulse, gravity, fuel):
-    """Add what one period of constant thrust burnt to ``fuel`` (B, M) [kg]."""
+    """Add what one period of constant thrust burnt to ``fuel`` (B, M) [kg]; ``specific_impulse`` (M,) [s]."""
     for b in chosen:
         for m in range(thrust.shape[1]):
-            fuel[b, m] += _fuel_used(thrust[b, m], period, specific_impulse, gravity)
+            fuel[b, m] += _fuel_used(thrust[b, m], period, specific_impulse[m], gravity)
 
 
 @ieee
 def command(
-    p, chosen, position, velocity, elapsed, closing_elapsed, closing_duration, period, off,
+    law, mass, limit, chosen, position, velocity, elapsed, closing_elapsed, closing_duration, period, off,
     start, aim, close, state, covariance, integral, carry, thrust, largest_error,
 ):  # fmt: skip
     """Answer one control tick of every chosen scenario.
 
     Args:
-        p: tethernet_control.law_numbers.Law.
+        law: tethernet_control.law_numbers.Law; mass and limit of each unit replace those that it holds.
+        mass: of each unit, (M,) [kg].
+        limit: of each unit's thrust along each axis, (M,) [N].
         chosen: indices of scenarios.
         position: measured, (B, M, 3) [m].
         velocity: measured, (B, M, 3) [m/s].
@@ -54,6 +57,7 @@ def command(
     desired, speed = [0.0, 0.0, 0.0], [0.0, 0.0, 0.0]
     for b in chosen:
         for m in range(thrust.shape[1]):
+            p = _of_unit(law, mass[m], limit[m])
             if p.estimate > 0.0:
                 _observe(p, thrust[b, m], period, position[b, m], velocity[b, m], state[b, m], covariance[b, m])
             else:

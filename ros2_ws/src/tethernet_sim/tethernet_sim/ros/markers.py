@@ -12,7 +12,6 @@ from visualization_msgs.msg import Marker, MarkerArray
 from tethernet_core.layout import KNOT_ROWS
 from tethernet_ros import topics
 from tethernet_ros.conversions import set_stamp
-from tethernet_sim.model import CENTRAL_KNOT, KNOTS
 from tethernet_sim.ros.messages import set_quaternion, set_xyz
 from tethernet_sim.state import ATTITUDE, CHASER, DEBRIS, POSITION
 from tethernet_sim.world import World
@@ -25,7 +24,7 @@ _CHASER = (0.85, 0.7, 0.2, 0.9)
 
 def serpentine() -> tuple[np.ndarray, np.ndarray]:
     """Knot numbers along the rows and along the columns, turning at every end: two lines that draw all threads."""
-    index = np.arange(KNOTS).reshape(KNOT_ROWS, KNOT_ROWS)
+    index = np.arange(KNOT_ROWS * KNOT_ROWS).reshape(KNOT_ROWS, KNOT_ROWS)
     rows, columns = index.copy(), index.T.copy()
     rows[1::2] = rows[1::2, ::-1]
     columns[1::2] = columns[1::2, ::-1]
@@ -38,24 +37,25 @@ class Markers:
     def __init__(self, world: World):
         mus = len(world.model.arrays.mu_knot)
         # The markers share the Point objects: one write moves a knot in all of them.
-        self._knots = [Point() for _ in range(KNOTS)]
+        self._knots = [Point() for _ in range(KNOT_ROWS * KNOT_ROWS)]
         self._mus = [Point() for _ in range(mus)]
         self._anchor = Point()
         rows, columns = serpentine()
-        physics = world.physics
+        radius, half_length = world.system.debris.shape.numbers.tolist()
+        side = world.system.chaser.side_m
         threads = [
             end
             for mu, knot in zip(self._mus, world.model.arrays.mu_knot, strict=True)
             for end in (mu, self._knots[knot])
         ]
-        cylinder = _marker("debris", Marker.CYLINDER, _DEBRIS, 2.0 * physics.debris_radius_m, physics.debris_length_m)
-        cube = _marker("chaser", Marker.CUBE, _CHASER, physics.chaser_side_m, physics.chaser_side_m)
+        cylinder = _marker("debris", Marker.CYLINDER, _DEBRIS, 2.0 * radius, 2.0 * half_length)
+        cube = _marker("chaser", Marker.CUBE, _CHASER, side, side)
         self.message = MarkerArray(
             markers=[
                 _line("rows", Marker.LINE_STRIP, _NET, [self._knots[i] for i in rows]),
                 _line("columns", Marker.LINE_STRIP, _NET, [self._knots[i] for i in columns]),
                 _line("mu_threads", Marker.LINE_LIST, _MU, threads),
-                _line("tether", Marker.LINE_LIST, _CHASER, [self._anchor, self._knots[CENTRAL_KNOT]]),
+                _line("tether", Marker.LINE_LIST, _CHASER, [self._anchor, self._knots[world.system.net.center_node]]),
                 _marker("mus", Marker.CUBE_LIST, _MU, 0.4, 0.4),  # drawn larger than they are, to be seen
                 cylinder,
                 cube,

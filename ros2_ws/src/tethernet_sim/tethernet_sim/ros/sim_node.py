@@ -23,9 +23,10 @@ from tf2_msgs.msg import TFMessage
 from visualization_msgs.msg import MarkerArray
 
 from tethernet_control import law
+from tethernet_core.layout import system_of
 from tethernet_core.mission import Mission, Phase, seconds_between
 from tethernet_core.mission_gate import MissionGate
-from tethernet_core.settings import NANOSECOND_S, ControlParameters, MissionParameters
+from tethernet_core.settings import NANOSECOND_S, ControlParameters
 from tethernet_msgs.msg import NetState, SimStatus
 from tethernet_ros import checks, diagnostics, qos, topics
 from tethernet_ros.checks import MissionNews
@@ -58,15 +59,16 @@ _WAITING_CLOCK_S = 0.2
 class SimNode(Node):
     """Flies one scenario; starts when the planner's launch is confirmed, stops when the mission is over."""
 
-    PARAMETERS = (SimNodeParameters, ScenarioParameters, ControlParameters, MissionParameters, PhysicsParameters)
+    PARAMETERS = (SimNodeParameters, ScenarioParameters, ControlParameters, PhysicsParameters)
 
     def __init__(self) -> None:
         super().__init__("sim", **NODE_OPTIONS)
-        self.p, self.scenario, self.control, mission, physics = declare(self, *self.PARAMETERS)
+        self.p, self.scenario, self.control, physics = declare(self, *self.PARAMETERS)
         mus = self.scenario.mu_count
         self.mus = range(1, mus + 1)
+        self.system = system_of(mus)
         position, attitude, rate = (values[None] for values in self._initial_debris())
-        self.world = World(mus, position, attitude, rate, physics, mission, self.control)
+        self.world = World(self.system, position, attitude, rate, physics, self.control)
         self.external = set(self.scenario.external)
         for mu in self.external:
             self.world.external[0, mu - 1] = True
@@ -78,7 +80,7 @@ class SimNode(Node):
         self.gate = MissionGate(Mission(mus))
         self.stamp_ns = self._first_ns = _FIRST_TICK * self.control.period_ns
         self.flying = self.finished = self._pending = False
-        self.books = {mu: CommandBuffer(self.control) for mu in self.mus}
+        self.books = {mu: CommandBuffer(self.control, self.system.units[mu - 1]) for mu in self.mus}
         self.barrier = Barrier(
             frozenset([PLANNER, *map(topics.mu_frame, self.mus), *(f"{_EXTERNAL}{mu}" for mu in self.external)])
         )
@@ -235,7 +237,9 @@ class SimNode(Node):
         self.world.advance(thrust)
         c = self.control
         for m, force in enumerate(thrust[0]):
-            self.fuel[m] += law.fuel_used(force, period, c.specific_impulse_s, c.standard_gravity_m_s2)
+            self.fuel[m] += law.fuel_used(
+                force, period, self.system.units[m].specific_impulse_s, c.standard_gravity_m_s2
+            )
         self.stamp_ns += c.period_ns
         for mu in self.external:
             index = mu - 1
