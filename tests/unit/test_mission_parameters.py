@@ -127,7 +127,6 @@ def test_the_recorder_is_told_where_to_record(tmp_path):
         ("", under("mu3_controller", kp=float("nan")), "ControlParameters.kp = nan: not finite", "0 to 10000"),
         ("", under("mu3_controller", mu=4), "mu = 4", "3, its own number"),
         ("", under("mu3_controller", control_period_s=0.1), "control_period_s is 0.05", "one value for all"),
-        ("", under("planner", give_up_s=30.0), "give_up_s is", "one value for all"),
         ("", under("/**", give_up_s=110.0), "longest_flight_s = 120 s", "together, 125 s"),
         ("", under("mu3_controller", longest_flight_s=50.0), "mu3_controller: longest_flight_s", "together, 55 s"),
         ("", under("sim", debris_attitude=[0, 0, 0, 0.5]), "norm 0.5", "unit quaternion"),

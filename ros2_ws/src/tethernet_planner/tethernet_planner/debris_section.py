@@ -130,4 +130,5 @@ def _chain(points: np.ndarray, side: float) -> np.ndarray:
                 break
             chain.pop()
         chain.append(point)
-    return np.array(chain)
+    hull = np.array(chain)
+    return hull[: int(hull[:, 0].argmax()) + 1]  # without the edge down the far end, which is in both chains
