@@ -18,8 +18,8 @@ from tethernet_bringup.bags.contents import LARGEST_RECORD_BYTES, MOST_PROBLEMS
 from tethernet_bringup.bags.errors import NotABagError
 from tethernet_bringup.bags.mcap_writer import MAGIC
 from tethernet_bringup.bags.reader import open_bag
-from tethernet_bringup.bags.salvage import run as salvage_command
 from tethernet_bringup.bags.salvage import salvage
+from tethernet_bringup.cli.main import main as tethernet
 
 HEAD = struct.Struct("<BQ")
 MEMORY_MB = 500
@@ -132,11 +132,11 @@ def test_the_command_says_whole_only_of_a_verified_bag(tmp_path, whole, capsys):
     content, _, records = whole
     path = tmp_path / "a.mcap"
     path.write_bytes(content)
-    assert salvage_command(path, tmp_path / "out1") == 0
+    assert tethernet(["salvage", str(path), str(tmp_path / "out1")]) == 0
     assert "the bag was whole" in capsys.readouterr().out
     header = of(records, Opcode.HEADER)[0]
     path.write_bytes(flipped(content, header[2] - 1, 0x20))  # a letter of the writer's name: no message is hit
-    assert salvage_command(path, tmp_path / "out2") == 0
+    assert tethernet(["salvage", str(path), str(tmp_path / "out2")]) == 0
     out = capsys.readouterr().out
     assert "the bag was whole" not in out
     assert "it was changed after it was written" in out
@@ -162,7 +162,7 @@ def test_bags_of_another_recorder(tmp_path, capsys, compression, chunked):
     kept, bag = read(path, content)
     assert [message.log_time for message in kept] == list(range(100))
     assert (bag.problems, bag.verified) == ([], False)
-    assert salvage_command(path, tmp_path / "out") == 0
+    assert tethernet(["salvage", str(path), str(tmp_path / "out")]) == 0
     assert "as far as can be seen" in capsys.readouterr().out
     rng = random.Random(4)
     for place in rng.sample(range(len(MAGIC), len(content)), 60):
@@ -243,9 +243,8 @@ def test_hostile_bags_cost_bounded_memory(tmp_path, name):
     path.write_bytes(HOSTILE[name]())
     code = (
         "import sys\n"
-        "from pathlib import Path\n"
-        "from tethernet_bringup.bags.salvage import run\n"
-        f"status = run(Path({str(path)!r}), Path({str(tmp_path / 'out')!r}))\n"
+        "from tethernet_bringup.cli.main import main\n"
+        f"status = main(['salvage', {str(path)!r}, {str(tmp_path / 'out')!r}])\n"
         "peak = next(line for line in open('/proc/self/status') if line.startswith('VmHWM'))\n"
         "print('peak', int(peak.split()[1]) // 1000)\n"
         "sys.exit(status)\n"
