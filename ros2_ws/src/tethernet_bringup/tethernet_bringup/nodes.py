@@ -10,11 +10,11 @@ MONITOR = "run_mission"
 
 
 def controller(mu: int) -> str:
-    """Name of the node that controls MU ``mu`` (1..8)."""
+    """Name of the node that controls unit ``mu``, from 1."""
     return f"mu{mu}_controller"
 
 
 def mu_of(node: str) -> int | None:
-    """The MU that a node controls, None for any other node."""
+    """The unit that a node controls, None for any other node."""
     name = node.removesuffix("_controller")
     return int(name[2:]) if name != node and name[2:].isdigit() else None

@@ -1,4 +1,4 @@
-"""The controller of one MU as a process: odometry in, thrust out; see the package README for the contract it keeps.
+"""The controller of one unit as a process: odometry in, thrust out; see the package README for the contract it keeps.
 
 Started as ``python -m tethernet_control.controller_node --ros-args -p mu:=3``, it becomes node ``mu3_controller``.
 """
@@ -25,10 +25,10 @@ from rclpy.node import Node
 
 from tethernet_control.controller import ZERO, MuController
 from tethernet_core.aiming import FALLBACK, nominal_aiming_points
-from tethernet_core.layout import system_of
 from tethernet_core.mission import Mode, Phase
-from tethernet_core.parameters import parameter
+from tethernet_core.parameters import ParameterError, parameter
 from tethernet_core.settings import NANOSECOND_S, ControlParameters
+from tethernet_core.system import MOST_UNITS, load_system
 from tethernet_msgs.msg import MuStatus
 from tethernet_msgs.srv import PlanAimingPoints
 from tethernet_ros import checks, executor, topics
@@ -38,16 +38,18 @@ from tethernet_ros.door import Door
 from tethernet_ros.parameters import NODE_OPTIONS, declare
 from tethernet_ros.qos import CONTROL, STATE
 from tethernet_ros.serialized import OdometrySample
+from tethernet_ros.template import Template
 from tethernet_ros.well_formed import MessageError
 
 
 @dataclass(frozen=True)
 class ControllerIdentity:
-    """What only this process knows: which MU it controls, and how wall time goes here."""
+    """What only this process knows: which unit of which system it controls, and how wall time goes here."""
 
     FILE: ClassVar[Path] = Path(__file__).parent / "config" / "controller_node.yaml"
 
-    mu: int = parameter("Number of the MU; has no default", low=1, high=8)
+    mu: int = parameter("Number of the unit in its system; has no default", low=1, high=MOST_UNITS)
+    system: str = parameter("Of which it is a unit: name of a shipped system, or path of a description")
     watchdog_wall_factor: float = parameter(
         "Wall time that the watchdog allows for one period of mission time: 1 where they are the same; "
         "more in lock-step, where a halt of the machine is no loss of odometry",
@@ -69,7 +71,13 @@ class ControllerNode(Node):
         super().__init__(name, **NODE_OPTIONS)
         identity, self._settings = declare(self, *self.PARAMETERS)
         self._mu = identity.mu
-        self._controller = MuController(identity.mu, self._settings, system_of(8).units[identity.mu - 1])
+        self._system = system = load_system(identity.system)
+        if identity.mu > system.unit_count:
+            raise ParameterError(
+                f"ControllerIdentity.mu = {identity.mu}: system {system.name} has no such unit; allowed: "
+                + (f"1 to {system.unit_count}" if system.units else "none, it has no units")
+            )
+        self._controller = MuController(identity.mu, self._settings, system.units[identity.mu - 1])
         self._period_s = self._settings.control_period_s
         self._patience_s = self._settings.watchdog_periods * self._period_s * identity.watchdog_wall_factor
         self._echo = 0
@@ -78,8 +86,10 @@ class ControllerNode(Node):
         self._newest_odometry_s = math.inf
         self._plan_deadline_s = math.inf
         self._plan_asked = False
-        self._thrust = WrenchStamped()
-        self._thrust.header.frame_id = topics.FRAME
+        thrust = WrenchStamped()
+        thrust.header.frame_id = topics.FRAME
+        self._thrust = Template(thrust)
+        self._force = self._thrust.doubles("wrench.force.x", 3)
         self._status = MuStatus(mu=identity.mu)
         self._status.header.frame_id = topics.FRAME
 
@@ -87,7 +97,7 @@ class ControllerNode(Node):
         self._thrust_publisher = door.publish(WrenchStamped, topics.mu_thrust(self._mu), CONTROL)
         self._status_publisher = door.publish(MuStatus, topics.mu_status(self._mu), STATE)
         self._planner = door.ask(PlanAimingPoints, topics.PLAN_AIMING_POINTS)
-        door.subscribe(checks.mission_state(), topics.MISSION_STATE, self._on_mission, STATE, self._on_drop)
+        door.subscribe(checks.mission_state(system), topics.MISSION_STATE, self._on_mission, STATE, self._on_drop)
         door.subscribe(checks.HEARTBEAT, topics.PLANNER_HEARTBEAT, self._on_heartbeat, CONTROL, self._on_drop)
         door.subscribe(checks.ODOMETRY, topics.mu_odometry(self._mu), self._on_odometry, CONTROL, self._on_drop)
         self.create_timer(self._period_s, self._on_wall_period, clock=Clock(clock_type=ClockType.STEADY_TIME))
@@ -127,15 +137,12 @@ class ControllerNode(Node):
             self._publish_status()
 
     def _publish_thrust(self, stamp_ns: int, thrust: Vector) -> None:
-        set_stamp(self._thrust.header.stamp, stamp_ns)
-        force = self._thrust.wrench.force
-        force.x, force.y, force.z = thrust
-        self._thrust_publisher.publish(self._thrust)
+        self._thrust.stamp(stamp_ns)
+        self._force[:] = thrust
+        self._thrust_publisher.publish_template(self._thrust)
 
     def _on_mission(self, news: MissionNews) -> None:
         controller, mission = self._controller, news.mission
-        if self._mu > mission.mu_count:
-            raise MessageError(f"the mission has {mission.mu_count} MUs and none with number {self._mu}")
         led_by, refused = controller.mission.mission_id, controller.refused_states
         if not controller.take_mission(mission):
             if controller.refused_states != refused:
@@ -184,7 +191,7 @@ class ControllerNode(Node):
     def _fall_back(self, why: str) -> None:
         self.get_logger().warning(f"{why}; flying to the nominal aiming point")
         mission = self._controller.mission
-        self._aim(nominal_aiming_points(system_of(mission.mu_count), mission.debris_position)[self._mu - 1], FALLBACK)
+        self._aim(nominal_aiming_points(self._system, mission.debris_position)[self._mu - 1], FALLBACK)
 
     def _aim(self, point: Vector, source: str) -> None:
         self._plan_deadline_s = math.inf

@@ -15,11 +15,11 @@ from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
 
 from tethernet_core import unknown
-from tethernet_core.layout import design, system_of
 from tethernet_core.parameters import ParameterError
 from tethernet_core.settings import ControlParameters
 from tethernet_core.shown import shown
 from tethernet_core.step_guard import StampGuard
+from tethernet_core.system import load_system
 from tethernet_msgs.msg import CaptureAssessment
 from tethernet_planner import predictors as prediction
 from tethernet_planner.assessment import Assessment, CaptureAssessor
@@ -49,8 +49,8 @@ class AssessorNode(Node):
     def __init__(self) -> None:
         super().__init__("assessor", **NODE_OPTIONS)
         parameters, control = declare(self, *self.PARAMETERS)
-        self._mu_count = parameters.mu_count
-        system = system_of(self._mu_count)
+        self._system = system = load_system(parameters.system)
+        self._mu_count = system.unit_count
         try:
             predictor = prediction.make(parameters.predictor, self._mu_count)
         except prediction.PredictorError as error:
@@ -64,10 +64,10 @@ class AssessorNode(Node):
 
         self._door = door = Door(self)
         self._publisher = door.publish(CaptureAssessment, topics.CAPTURE_ASSESSMENT, STATE)
-        door.subscribe(checks.mission_state(self._mu_count), topics.MISSION_STATE, self._on_mission, STATE)
+        door.subscribe(checks.mission_state(system), topics.MISSION_STATE, self._on_mission, STATE)
         door.subscribe(checks.ODOMETRY, topics.DEBRIS_ODOMETRY, self._on_debris, STATE_BACKLOG)
         if parameters.simulated:
-            door.subscribe(checks.net_state(self._mu_count), topics.NET_STATE, self._on_net, BULK)
+            door.subscribe(checks.net_state(system), topics.NET_STATE, self._on_net, BULK)
             import scipy.spatial  # noqa: F401  takes half a second: better now than in the middle of a flight
         else:
             self._swarm = SwarmCentroid(self._mu_count, control, door.drop)
@@ -143,12 +143,11 @@ class AssessorNode(Node):
                 self.get_logger().info(assessment.verdict)
 
     def _message(self, a: Assessment) -> CaptureAssessment:
-        layout = design(self._mu_count)
         message = CaptureAssessment(
             stage=int(a.stage),
             locked_pairs=a.locked_pairs,
-            max_locked_pairs=layout.max_locked_pairs,
-            required_locked_pairs=layout.required_locked_pairs,
+            max_locked_pairs=self._system.closing.max_locked_pairs,
+            required_locked_pairs=self._system.capture.required_locked_pairs,
             source=a.source,
             captured=a.captured,
             verdict=shown(a.verdict),

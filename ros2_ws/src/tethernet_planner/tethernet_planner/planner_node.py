@@ -20,12 +20,12 @@ from std_msgs.msg import Header
 from std_srvs.srv import Trigger
 
 from tethernet_core.aiming import FALLBACK
-from tethernet_core.layout import design, system_of
 from tethernet_core.mission import Mission, Mode, Phase, seconds_between
 from tethernet_core.parameters import ParameterError
 from tethernet_core.settings import NANOSECOND_S, ControlParameters, MissionParameters
 from tethernet_core.shown import SHORT, shown
 from tethernet_core.step_guard import StampGuard, Step
+from tethernet_core.system import load_system
 from tethernet_msgs.msg import MissionState, MuStatus
 from tethernet_msgs.srv import PlanAimingPoints
 from tethernet_planner import policies
@@ -36,12 +36,13 @@ from tethernet_planner.settings import PlannerParameters, given_debris
 from tethernet_planner.swarm import DockedPairs, SwarmCentroid
 from tethernet_ros import checks, diagnostics, executor, topics
 from tethernet_ros.checks import NetMeasurement, PlanRequest
-from tethernet_ros.conversions import Vector, mission_message, nanoseconds, point_message, set_stamp
+from tethernet_ros.conversions import Vector, mission_message, nanoseconds, point_message
 from tethernet_ros.door import Door
 from tethernet_ros.newest_odometry import NewestOdometry
 from tethernet_ros.parameters import NODE_OPTIONS, declare
 from tethernet_ros.qos import BULK, CONTROL, STATE, STATE_BACKLOG
 from tethernet_ros.serialized import OdometrySample
+from tethernet_ros.template import Template
 from tethernet_ros.well_formed import MessageError
 
 _POLL_S = 0.05  # [s] wall time between two looks at the deadlines
@@ -62,12 +63,12 @@ class PlannerNode(Node):
         super().__init__("planner", **NODE_OPTIONS)
         self._settings, control, self._rules = declare(self, *self.PARAMETERS)
         self._period_ns = control.period_ns
+        self._system = system = load_system(self._settings.system)
         try:
-            policies.check(self._settings.policy, system_of(self._settings.mu_count))
+            policies.check(self._settings.policy, system)
         except policies.PolicyError as error:
             raise ParameterError(f"PlannerParameters.policy: {error}") from error
-        mu_count = self._settings.mu_count
-        system = system_of(mu_count)
+        mu_count = system.unit_count
         self._door = door = Door(self)
         self._state_publisher = door.publish(MissionState, topics.MISSION_STATE, STATE)
         self._beat_publisher = door.publish(Header, topics.PLANNER_HEARTBEAT, CONTROL)
@@ -80,7 +81,7 @@ class PlannerNode(Node):
             self._publish_beat,
             mission_id=secrets.randbits(64) | 1,  # 0 is a message nobody has filled
         )
-        self._beat = Header(frame_id=topics.FRAME)
+        self._beat = Template(Header(frame_id=topics.FRAME))
         self._debris = NewestOdometry(control, given_debris(self._settings.debris_position))
         self._net = _UNKNOWN
         self._net_ns = -1
@@ -101,8 +102,8 @@ class PlannerNode(Node):
         self._pairs = DockedPairs(system)
         self._swarm = SwarmCentroid(mu_count, control, door.drop)
         if self._settings.simulated:
-            door.subscribe(checks.net_state(mu_count), topics.NET_STATE, self._on_net, BULK)
-        if not self._settings.simulated or design(mu_count).closes_by_docking:
+            door.subscribe(checks.net_state(system), topics.NET_STATE, self._on_net, BULK)
+        if not self._settings.simulated or system.closing.kind == "docking":
             for mu in range(1, mu_count + 1):
                 door.subscribe(checks.ODOMETRY, topics.mu_odometry(mu), functools.partial(self._on_mu, mu), CONTROL)
         wall = Clock(clock_type=ClockType.STEADY_TIME)
@@ -172,7 +173,7 @@ class PlannerNode(Node):
         name = request.policy or self._settings.policy
         try:
             self._check_offered(name)
-            plan = self._plan(name, request.mu_count or self._settings.mu_count, request.debris_position)
+            plan = self._plan(name, request.mu_count or self._system.unit_count, request.debris_position)
         except ValueError as error:
             response.success, response.message = False, shown(error)
             return response
@@ -194,9 +195,10 @@ class PlannerNode(Node):
             )
 
     def _plan(self, name: str, mu_count: int, debris_position: Vector) -> policies.Plan:
-        system = system_of(mu_count)
-        position = check_debris_position(debris_position, self._rules)
-        return policies.plan(name, system, position)
+        system = self._system
+        if mu_count != system.unit_count:
+            raise ValueError(f"points for {mu_count} units; allowed: {system.unit_count}, of system {system.name}")
+        return policies.plan(name, system, check_debris_position(debris_position, self._rules))
 
     def _on_start(self, _: None, response: Trigger.Response) -> Trigger.Response:
         try:
@@ -229,7 +231,7 @@ class PlannerNode(Node):
             )
         if self._sequencer.mission.phase == Phase.WAITING:
             # Controllers will ask for it; better to know now that it cannot be had.
-            plan = self._plan(self._settings.policy, self._settings.mu_count, position)
+            plan = self._plan(self._settings.policy, self._system.unit_count, position)
             self._closing_watch.aiming_points = plan.points
             if plan.message:
                 self.get_logger().warning(plan.message)
@@ -264,8 +266,8 @@ class PlannerNode(Node):
             self.get_logger().info(f"{mission.phase.name}{when}" + (f": {shown(reason)}" if reason else ""))
 
     def _publish_beat(self, stamp_ns: int) -> None:
-        set_stamp(self._beat.stamp, stamp_ns)
-        self._beat_publisher.publish(self._beat)
+        self._beat.stamp(stamp_ns)
+        self._beat_publisher.publish_template(self._beat)
 
     # How it goes
 

@@ -11,9 +11,11 @@ from tethernet_core.parameters import ParameterError, parameter
 
 _CONFIG = Path(__file__).parent / "config"
 
+SYSTEM = "What is flown: name of a shipped system, or path of a description"
+
 _SIMULATED = (
     "A simulator (or a net sensor) publishes the net's state and the debris' odometry. "
-    "False: real MUs alone; the MUs' odometry stands in for the net's state"
+    "False: real units alone; the units' odometry stands in for the net's state"
 )
 _DEBRIS = (
     "Debris' centre of mass, x y z, frame launch, where nothing publishes its odometry; empty: it must be published"
@@ -39,7 +41,7 @@ class PlannerParameters:
 
     FILE: ClassVar[Path] = _CONFIG / "planner.yaml"
 
-    mu_count: int = parameter("Number of MUs: 4 (winches close the net) or 8 (the MUs dock)", choices=(4, 8))
+    system: str = parameter(SYSTEM)
     policy: str = parameter("Policy that makes the aiming points: nominal, rl (the shipped model), or a model's path")
     simulated: bool = parameter(_SIMULATED)
     debris_position: tuple[float, ...] = parameter(_DEBRIS, unit="m", low=-1000.0, high=1000.0)
@@ -63,7 +65,7 @@ class AssessorParameters:
 
     FILE: ClassVar[Path] = _CONFIG / "assessor.yaml"
 
-    mu_count: int = parameter("Number of MUs: 4 or 8", choices=(4, 8))
+    system: str = parameter(SYSTEM)
     simulated: bool = parameter(_SIMULATED)
     debris_position: tuple[float, ...] = parameter(_DEBRIS, unit="m", low=-1000.0, high=1000.0)
     progress_every: int = parameter(

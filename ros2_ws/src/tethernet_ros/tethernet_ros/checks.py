@@ -21,9 +21,9 @@ from std_msgs.msg import Header
 from std_srvs.srv import Trigger
 
 from tethernet_core.bounds import FARTHEST_M, FASTEST_M_S
-from tethernet_core.layout import DESIGNS, design
 from tethernet_core.mission import Mission, Mode, Phase
 from tethernet_core.shown import shown
+from tethernet_core.system import MOST_UNITS, System
 from tethernet_core.unknown import restore
 from tethernet_msgs.msg import CaptureAssessment, MissionState, MuStatus, NetState, SimStatus
 from tethernet_msgs.srv import PlanAimingPoints
@@ -86,14 +86,14 @@ class MissionNews(NamedTuple):
 
 
 class NetMeasurement(NamedTuple):
-    """What a net state says; all in frame launch, MU 1 and knot 1 first."""
+    """What a net state says; all in frame launch, unit 1 and node 1 of the net first."""
 
     stamp_ns: int
     """[ns]."""
     center: Vector
     """Centre of mass of the knots [m]."""
     center_all: Vector | None
-    """Centre of mass of knots and MUs [m]; None where it is not known."""
+    """Centre of mass of knots and units [m]; None where it is not known."""
     knot_positions: npt.NDArray[np.float32]
     """[m], float32, shape (N, 3)."""
     knot_velocities: npt.NDArray[np.float32]
@@ -103,7 +103,7 @@ class NetMeasurement(NamedTuple):
     mu_velocities: npt.NDArray[np.float32]
     """[m/s], likewise."""
     locked: list[bool]
-    """One for each closing pair."""
+    """One for each closing pair, in their order round the mouth."""
 
 
 class PlanRequest(NamedTuple):
@@ -112,7 +112,7 @@ class PlanRequest(NamedTuple):
     policy: str
     """Empty: the planner's own."""
     mu_count: int
-    """0: the planner's own design."""
+    """0: as many as the planner's system has."""
     debris_position: Vector
     """[m]."""
 
@@ -125,11 +125,11 @@ class PlanAnswer(NamedTuple):
     policy: str
     """That made the points."""
     points: list[Vector]
-    """[m], one for each MU; empty without success."""
+    """[m], one for each unit; empty without success."""
 
 
 ODOMETRY: Check[OdometrySample] = Check(Odometry, odometry_sample, _SMALL)
-"""nav_msgs/Odometry of an MU, the debris or the chaser."""
+"""nav_msgs/Odometry of a unit, the debris or the chaser."""
 
 THRUST: Check[ThrustCommand] = Check(WrenchStamped, thrust_command, _SMALL)
 """geometry_msgs/WrenchStamped of a controller."""
@@ -138,18 +138,19 @@ HEARTBEAT: Check[int] = Check(Header, header_stamp, _SMALL)
 """std_msgs/Header of the planner: the stamp [ns]."""
 
 
-def mission_state(mu_count: int | None = None) -> Check[MissionNews]:
+def mission_state(system: System | None = None) -> Check[MissionNews]:
     """tethernet_msgs/MissionState.
 
     Args:
-        mu_count: the design it must be of; None for any.
+        system: it must be of a mission with as many units; None for any number.
     """
+    mu_count, name = (None, "") if system is None else (system.unit_count, system.name)
 
     def read(data: bytes) -> MissionNews:
         message = _sound(data, MissionState, "reason")
         mission = mission_from(message)
         if mu_count is not None and mission.mu_count != mu_count:
-            raise MessageError(f"a mission of {mission.mu_count} MUs; allowed: {mu_count}")
+            raise MessageError(f"a mission of {mission.mu_count} units; allowed: {mu_count}, of system {name}")
         return MissionNews(mission, nanoseconds(message.header.stamp), message.confirmed, message)
 
     return Check(MissionState, read)
@@ -162,12 +163,13 @@ def mission_from(message: MissionState) -> Mission:
         message: well-formed, see :func:`.well_formed.check_well_formed`.
 
     Raises:
-        MessageError: for a phase or a design that does not exist, times in the wrong order, points nobody can fly to.
+        MessageError: for a phase that does not exist, more units than a system has, times in the wrong order, points
+            that no unit can fly to.
     """
     _one_of("phase", message.phase, range(max(Phase) + 1))
-    _one_of("mu_count", message.mu_count, DESIGNS)
+    _one_of("mu_count", message.mu_count, range(MOST_UNITS + 1))
     for name, given in (("closing_points", message.closing_points), ("docked_times", message.docked_times)):
-        _one_of(f"the number of {name}", len(given), (0, message.mu_count))
+        _one_of(f"the number of {name}", len(given), sorted({0, message.mu_count}))
     times = [nanoseconds(time) for time in (message.launch_time, message.closing_time, message.end_time)]
     known = [time_ns for time_ns in times if time_ns]
     if known != sorted(known):
@@ -196,7 +198,7 @@ def mission_from(message: MissionState) -> Mission:
 
 
 def mu_status(mu: int) -> Check[MuStatus]:
-    """tethernet_msgs/MuStatus on the topic of MU ``mu``."""
+    """tethernet_msgs/MuStatus on the topic of unit ``mu``."""
 
     def read(data: bytes) -> MuStatus:
         message = _sound(data, MuStatus, "aiming_source")
@@ -213,19 +215,22 @@ def mu_status(mu: int) -> Check[MuStatus]:
     return Check(MuStatus, read)
 
 
-def net_state(mu_count: int) -> Check[NetMeasurement]:
+def net_state(system: System) -> Check[NetMeasurement]:
     """tethernet_msgs/NetState.
 
     Args:
-        mu_count: the design it must be of.
+        system: whose net it must be.
     """
-    pairs = design(mu_count).max_locked_pairs
+    knots, mu_count, pairs = system.net.node_count, system.unit_count, system.closing.max_locked_pairs
+    shape = (0, 0) if system.net.grid is None else (system.net.grid.rows, system.net.grid.columns)
 
     def read(data: bytes) -> NetMeasurement:
         message = _decoded_in_frame(data, NetState)
-        knots = message.rows * message.columns
-        if not knots:
-            raise MessageError(f"{message.rows} x {message.columns} knots; allowed: at least one")
+        if (message.rows, message.columns) != shape:
+            raise MessageError(
+                f"{message.rows} rows and {message.columns} columns; allowed: {shape[0]} and {shape[1]}, "
+                f"as system {system.name} has"
+            )
         _one_of("the number of locked", len(message.locked), (pairs,))
         # The numbers are checked here and not with those of all messages: bounds find NaN too, in one look.
         check_bounds(coordinates(message.center_of_mass), FARTHEST_M, "center_of_mass", "m")
@@ -246,12 +251,13 @@ def net_state(mu_count: int) -> Check[NetMeasurement]:
     return Check(NetState, read, _LARGE)
 
 
-def sim_status(mu_count: int) -> Check[SimStatus]:
+def sim_status(system: System) -> Check[SimStatus]:
     """tethernet_msgs/SimStatus.
 
     Args:
-        mu_count: the design it must be of.
+        system: it must tell of as many units.
     """
+    mu_count = system.unit_count
 
     def read(data: bytes) -> SimStatus:
         message = _sound(data, SimStatus, "fault")
@@ -268,21 +274,21 @@ def sim_status(mu_count: int) -> Check[SimStatus]:
     return Check(SimStatus, read)
 
 
-def assessment(mu_count: int) -> Check[CaptureAssessment]:
+def assessment(system: System) -> Check[CaptureAssessment]:
     """tethernet_msgs/CaptureAssessment; numbers that are not known are NaN in what comes out.
 
     Args:
-        mu_count: the design it must be of.
+        system: whose capture it must tell of.
     """
-    layout = design(mu_count)
+    most, required = system.closing.max_locked_pairs, system.capture.required_locked_pairs
 
     def read(data: bytes) -> CaptureAssessment:
         message = _sound(data, CaptureAssessment, "verdict", "predictor")
         _one_of("stage", message.stage, range(CaptureAssessment.FINAL + 1))
         _one_of("source", message.source, SOURCES)
-        _one_of("max_locked_pairs", message.max_locked_pairs, (layout.max_locked_pairs,))
-        _one_of("required_locked_pairs", message.required_locked_pairs, (layout.required_locked_pairs,))
-        _one_of("locked_pairs", message.locked_pairs, range(layout.max_locked_pairs + 1))
+        _one_of("max_locked_pairs", message.max_locked_pairs, (most,))
+        _one_of("required_locked_pairs", message.required_locked_pairs, (required,))
+        _one_of("locked_pairs", message.locked_pairs, range(most + 1))
         _not_negative(message, "cqi", "cqi_all", "hull_volume", "hull_area", "mouth_area", "net_debris_distance")
         if not 0.0 <= message.predicted_capture_probability <= 1.0:
             raise MessageError(
@@ -313,7 +319,8 @@ def plan_answer(mu_count: int) -> Callable[[PlanAimingPoints.Response], PlanAnsw
     def read(message: PlanAimingPoints.Response) -> PlanAnswer:
         check_well_formed(message)
         points = [coordinates(point) for point in message.aiming_points]
-        _one_of("the number of aiming_points", len(points), (mu_count,) if message.success else (0, mu_count))
+        allowed = (mu_count,) if message.success else sorted({0, mu_count})
+        _one_of("the number of aiming_points", len(points), allowed)
         for point in points:
             check_bounds(point, FARTHEST_M, "an aiming point", "m")
         return PlanAnswer(message.success, shown(message.message), message.policy, points)
@@ -372,7 +379,7 @@ def _rows(message: NetState, name: str, count: int, limit: float) -> npt.NDArray
     flat = np.frombuffer(getattr(message, name), np.float32)
     if len(flat) != 3 * count:
         raise MessageError(f"{name} has {len(flat)} numbers; allowed: {3 * count}")
-    largest = np.abs(flat).max()  # NaN where one is
+    largest = np.abs(flat).max(initial=0.0)  # NaN where one is
     if not largest <= limit:  # also catches NaN
         raise MessageError(f"{name} reaches {largest:g}; allowed: finite, within {limit:g}")
     return flat.reshape(-1, 3)

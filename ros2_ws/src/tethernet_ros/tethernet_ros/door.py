@@ -27,6 +27,7 @@ from rclpy.task import Future
 from tethernet_core.shown import LONG, SHORT, shown
 from tethernet_ros import any_quality
 from tethernet_ros.checks import Check
+from tethernet_ros.template import Template
 from tethernet_ros.well_formed import Message, MessageError, not_finite
 
 
@@ -188,6 +189,14 @@ class GuardedPublisher:
             self._door.drop(self._topic, f"not published: {found}", self._door.outgoing)
             return False
         self._publish(message)
+        return True
+
+    def publish_template(self, template: Template) -> bool:
+        """The same for a message that is written over in place."""
+        if not template.finite:
+            self._door.drop(self._topic, "not published: a number is not finite", self._door.outgoing)
+            return False
+        self._publish(template.bytes())
         return True
 
 

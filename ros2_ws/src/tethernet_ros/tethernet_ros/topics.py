@@ -20,17 +20,17 @@ CAPTURE_ASSESSMENT = "/capture/assessment"
 
 
 def mu_frame(mu: int) -> str:
-    """Child frame of MU ``mu`` (1..8)."""
+    """Child frame of unit ``mu``, from 1."""
     return f"mu{mu}"
 
 
 def mu_odometry(mu: int) -> str:
-    """Topic of the MU's measured position and velocity (nav_msgs/Odometry)."""
+    """Topic of the unit's measured position and velocity (nav_msgs/Odometry)."""
     return f"/mu{mu}/odom"
 
 
 def mu_thrust(mu: int) -> str:
-    """Topic of the MU's thrust command (geometry_msgs/WrenchStamped)."""
+    """Topic of the unit's thrust command (geometry_msgs/WrenchStamped)."""
     return f"/mu{mu}/thrust"
 
 

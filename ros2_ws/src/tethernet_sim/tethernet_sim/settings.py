@@ -10,9 +10,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import ClassVar
 
-from tethernet_core.layout import DESIGNS
 from tethernet_core.parameters import ParameterError, parameter
 from tethernet_core.settings import ControlParameters
+from tethernet_core.system import System
 
 _CONFIG = Path(__file__).parent / "config"
 
@@ -91,7 +91,6 @@ class ScenarioParameters:
     FILE: ClassVar[Path] = _CONFIG / "scenario.yaml"
 
     system: str = parameter("What is flown: name of a shipped system, or path of a description")
-    mu_count: int = parameter("Maneuverable units: 4 (winches close the net) or 8 (the MUs dock)", low=4, high=8)
     debris_position: tuple[float, ...] = parameter(
         "Debris' centre of mass, x y z, frame launch", unit="m", low=-1000.0, high=1000.0
     )
@@ -108,12 +107,10 @@ class ScenarioParameters:
         "realtime: 20 Hz wall clock; lockstep: as fast as all commands arrive", choices=("realtime", "lockstep")
     )
     external_mus: str = parameter(
-        "Numbers of the MUs whose odometry comes from a driver outside the simulator, separated by spaces"
+        "Numbers of the units whose odometry comes from a driver outside the simulator, separated by spaces"
     )
 
     def __post_init__(self) -> None:
-        if self.mu_count not in DESIGNS:
-            raise ParameterError(f"ScenarioParameters.mu_count = {self.mu_count}: no such design; allowed: 4 or 8")
         for name, size in (("debris_position", 3), ("debris_attitude", 4), ("debris_rate", 3)):
             if len(getattr(self, name)) != size:
                 raise ParameterError(
@@ -124,18 +121,29 @@ class ScenarioParameters:
             raise ParameterError(
                 f"ScenarioParameters.debris_attitude has norm {norm:g}; allowed: a unit quaternion x y z w"
             )
-        _ = self.external
+        self._external()
 
-    @property
-    def external(self) -> tuple[int, ...]:
-        """The external MUs' numbers, sorted."""
-        try:
-            numbers = {int(word) for word in self.external_mus.split()}
-        except ValueError:
-            numbers = {-1}
-        if not numbers <= set(range(1, self.mu_count + 1)):
+    def external_units(self, system: System) -> tuple[int, ...]:
+        """Numbers of the external units, sorted.
+
+        Args:
+            system: whose units they are.
+
+        Raises:
+            ParameterError: for a unit that the system does not have.
+        """
+        numbers = self._external()
+        if not set(numbers) <= set(range(1, system.unit_count + 1)):
+            allowed = f"numbers from 1 to {system.unit_count}" if system.units else "none, it has no units"
             raise ParameterError(
-                f"ScenarioParameters.external_mus = {self.external_mus!r}; "
-                f"allowed: numbers from 1 to {self.mu_count} separated by spaces"
+                f"ScenarioParameters.external_mus = {self.external_mus!r} of system {system.name}; allowed: {allowed}"
             )
-        return tuple(sorted(numbers))
+        return numbers
+
+    def _external(self) -> tuple[int, ...]:
+        try:
+            return tuple(sorted({int(word) for word in self.external_mus.split()}))
+        except ValueError as error:
+            raise ParameterError(
+                f"ScenarioParameters.external_mus = {self.external_mus!r}; allowed: numbers with spaces between"
+            ) from error

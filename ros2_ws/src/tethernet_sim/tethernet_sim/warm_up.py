@@ -13,9 +13,12 @@ if __name__ == "__main__":
 import sys
 import time
 from collections.abc import Callable
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from tethernet_core.command import command
+
+if TYPE_CHECKING:
+    from tethernet_core.system import System
 
 COMPILING = "compiling the physics kernels"
 COMPILED = "compiled the physics kernels"
@@ -28,7 +31,7 @@ def main() -> int:
     from tethernet_sim.scenario import Scenario
 
     # A trigger at once and a short capture lead through closing and contact search too.
-    for name in ("zenit_4mu", "zenit_8mu"):
+    for name in ("zenit_4mu", "zenit_8mu", "hexagonal_6mu"):  # both ways to close a net, both engines
         began = time.perf_counter()
         print(f"compiling the physics of {name} ...", end=" ", flush=True)
         settings = Settings.load(name, mission={"trigger_distance_m": 50.0, "capture_duration_s": 1.0})
@@ -37,19 +40,19 @@ def main() -> int:
     return 0
 
 
-def load_kernels(say: Callable[[str], None]) -> None:
+def load_kernels(say: Callable[[str], None], system: System) -> None:
     """Load every kernel that a flight needs, and compile what numba's cache has not: about a minute.
 
     Args:
         say: called with :data:`COMPILING` before the first one is compiled, with :data:`COMPILED` after the last, and
             not at all where all are in the cache. A watcher so knows that this process is not dead but busy.
+        system: that is flown: another net may need another engine.
     """
     import numpy as np
     from numba.core import event
 
     from tethernet_core.parameters import load
     from tethernet_core.settings import ControlParameters
-    from tethernet_core.system import load_system
     from tethernet_sim.settings import PhysicsParameters, ScenarioParameters
     from tethernet_sim.world import World
 
@@ -68,12 +71,12 @@ def load_kernels(say: Callable[[str], None]) -> None:
     with event.install_listener("numba:compile", watch):
         scenario = load(ScenarioParameters)
         world = World(
-            load_system(scenario.system),
+            system,
             np.array([scenario.debris_position]),
             np.array([scenario.debris_attitude]),
             np.array([scenario.debris_rate]),
-            physics=load(PhysicsParameters),
-            control=load(ControlParameters),
+            physics=load(PhysicsParameters, system.parameters.get("physics")),
+            control=load(ControlParameters, system.parameters.get("control")),
         )
         world.begin_closing(0)
         world.advance(np.zeros_like(world.state.mu_pos))

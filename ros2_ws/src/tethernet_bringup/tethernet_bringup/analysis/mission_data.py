@@ -7,6 +7,7 @@ first message.
 
 from __future__ import annotations
 
+import functools
 import math
 import re
 from array import array
@@ -22,10 +23,12 @@ from tethernet_bringup.analysis.decoder import Decoder
 from tethernet_bringup.analysis.series import Series
 from tethernet_bringup.bags.errors import NotABagError
 from tethernet_bringup.bags.reader import BagMessage, BagReader
+from tethernet_bringup.bags.run_info import DESCRIPTION, PARAMETERS, TEXTS
 from tethernet_bringup.bags.writer import RUN_INFO_RECORD
 from tethernet_core.mission import Phase
 from tethernet_core.settings import NANOSECOND_S
 from tethernet_core.shown import shown
+from tethernet_core.system import DescriptionError, System, load_system, shipped_systems, system_from_text
 from tethernet_core.unknown import restore
 from tethernet_ros import topics
 
@@ -39,9 +42,6 @@ if TYPE_CHECKING:
     # What the decoder makes has their fields, whether the messages are built here or not.
 
 _MU_TOPIC = re.compile(r"/mu(\d+)/(odom|thrust|status)$")
-_PARAMETERS = "parameters"
-"""Name of the fact that is a text of many lines: the run's parameters as YAML."""
-_DEFAULT_RADIUS_M, _DEFAULT_LENGTH_M = 1.95, 11.1
 
 
 @dataclass
@@ -109,7 +109,7 @@ class MissionData:
     """A mission as recorded."""
 
     facts: dict[str, str] = field(default_factory=dict)
-    """What the recorder was told of the run: seed, commit, mus, policy, pace, parameters."""
+    """What the recorder was told of the run: seed, commit, system, mus, policy, pace, parameters."""
     mus: dict[int, MuData] = field(default_factory=dict)
     """By number, from 1."""
     phases: list[PhaseChange] = field(default_factory=list)
@@ -129,7 +129,7 @@ class MissionData:
     net: Series = field(default_factory=lambda: Series(3))
     """The net's centre of mass [m]."""
     truth: dict[int, Series] = field(default_factory=dict)
-    """True positions of the MUs [m], where a simulator told them."""
+    """True positions of the units [m], where a simulator published them."""
     locked: Series = field(default_factory=lambda: Series(1))
     """Closing pairs that hold, by /net/state."""
     net_stamps: array[int] = field(default_factory=lambda: array("q"))
@@ -142,8 +142,8 @@ class MissionData:
 
     @property
     def mu_count(self) -> int:
-        """4 or 8 as the mission's state or the run's facts tell; else what MUs there are."""
-        if self.states and self.states[-1].mu_count:
+        """Number of units, as the mission's state or the run's facts tell; else what units there are."""
+        if self.states:
             return int(self.states[-1].mu_count)
         if self.facts.get("mus", "").isdigit():
             return int(self.facts["mus"])
@@ -185,20 +185,25 @@ class MissionData:
         """Time since the launch [s]."""
         return np.asarray((np.asarray(stamps_ns) - self.origin_ns) * NANOSECOND_S)
 
-    @property
-    def debris_size(self) -> tuple[float, float]:
-        """Radius and length of the debris [m], as the run's parameters say, else those of the paper."""
-        radius, length = (
-            find_number(self.parameters, "debris_radius_m"),
-            find_number(self.parameters, "debris_length_m"),
-        )
-        return radius or _DEFAULT_RADIUS_M, length or _DEFAULT_LENGTH_M
+    @functools.cached_property
+    def system(self) -> System | None:
+        """What was flown, as the recording describes it; in one from before it did, the shipped system of that time
+        with as many units. None where there is no such, or the description cannot be read.
+        """
+        try:
+            if DESCRIPTION in self.facts:
+                return system_from_text(self.facts[DESCRIPTION], source="the recording's description")
+            name = f"zenit_{self.mu_count}mu"
+            return load_system(name) if name in shipped_systems() else None
+        except DescriptionError as error:
+            self.problems.append(f"what was flown is not known: {shown(error)}")
+            return None
 
     @property
     def parameters(self) -> Any:
         """The run's parameters as nested mappings; empty where unknown."""
         try:
-            return yaml.load(self.facts.get(_PARAMETERS, ""), getattr(yaml, "CSafeLoader", yaml.SafeLoader)) or {}
+            return yaml.load(self.facts.get(PARAMETERS, ""), getattr(yaml, "CSafeLoader", yaml.SafeLoader)) or {}
         except yaml.YAMLError:
             return {}
 
@@ -219,7 +224,7 @@ def load(bag: BagReader) -> MissionData:
         reader.take(message)
     data.problems = list(bag.problems)
     facts = bag.metadata.get(RUN_INFO_RECORD, {})
-    data.facts = {name: text if name == _PARAMETERS else shown(text) for name, text in facts.items()}
+    data.facts = {name: text if name in TEXTS else shown(text) for name, text in facts.items()}
     for name in bag.topics:
         data.topics.setdefault(name, TopicCount(bag.topics[name].message_type.name))
     if not any(topic.times for topic in data.topics.values()):

@@ -56,8 +56,11 @@ def make(data: MissionData, bag: BagReader, folder: Path, extension: str = "png"
 
 
 def headline(data: MissionData) -> str:
-    """Design, policy, seed and verdict in one line."""
-    parts = [f"{data.mu_count} MUs"] + [f"{key} {data.facts[key]}" for key in ("policy", "seed") if data.facts.get(key)]
+    """System, policy, seed and verdict in one line."""
+    name = data.facts.get("system") or (data.system.name if data.system else "")
+    parts = [name] if name else []
+    parts += [f"{data.mu_count} units"]
+    parts += [f"{key} {data.facts[key]}" for key in ("policy", "seed") if data.facts.get(key)]
     return f"{', '.join(parts)} \N{EM DASH} {verdict(data)}"
 
 
@@ -68,7 +71,7 @@ def _one(draw: Callable[[Axes, MissionData], None], data: MissionData, width: fl
 
 
 def _thrust(data: MissionData) -> Figure:
-    figure = plots.new_figure(11.0, 1.0 + 1.1 * len(data.mus))
+    figure = plots.new_figure(11.0, 1.5 + 1.1 * len(data.mus))
     plots.thrust(figure, data)
     return figure
 
@@ -109,7 +112,7 @@ def _facts(panel: Axes, data: MissionData) -> None:
         lines.append(f"mouth {data.trigger.message.mouth_area:.0f} m² at the trigger")
     if math.isfinite(error):
         lines.append(f"position error at most {100.0 * error:.0f} cm from {SETTLED_S:g} s to the trigger")
-    if math.isfinite(fuel):
+    if reports and math.isfinite(fuel):
         lines.append(f"fuel {fuel:.2f} kg in all")
     panel.text(0.99, 0.97, "\n".join(lines), transform=panel.transAxes, ha="right", va="top", fontsize=9, color="0.25")
 
@@ -120,7 +123,7 @@ def _draw_scenes(figure: Figure, panels: Sequence[Axes], data: MissionData, shot
     figure.draw_without_rendering()  # the scenes fit themselves to their panels: those must have their places
     for number, (panel, shot) in enumerate(zip(panels, shots, strict=False)):
         panel.set_axis_on()
-        scene.draw(panel, shot, data.debris_size, wide=number == 0)
+        scene.draw(panel, shot, data.system, wide=number == 0)
 
 
 def _save(figure: Figure, path: Path) -> Path:

@@ -5,10 +5,9 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from tethernet_bringup.analysis.metrics import curve, error_source, net_distance, quality, thrust_curve, tracking_error
-from tethernet_bringup.analysis.mission_data import MissionData, find_number
+from tethernet_bringup.analysis.mission_data import MissionData
 from tethernet_bringup.analysis.punctuality import closing_start, delay_text
 from tethernet_bringup.analysis.scene import mu_color
-from tethernet_core.layout import DESIGNS
 from tethernet_core.mission import Phase
 
 if TYPE_CHECKING:
@@ -52,10 +51,13 @@ def tracking(axes: Axes, data: MissionData) -> None:
         error = tracking_error(data, mu)
         if error.known:
             axes.plot(error.time_s, error.value, color=mu_color(mu), linewidth=1.0, label=f"MU {mu}")
-    axes.set_ylabel("position error of the MUs [m]")
+    axes.set_ylabel("position error of the units [m]" if data.mus else "")
     axes.set_ylim(bottom=0.0)
     _time_axis(axes, data)
-    axes.set_title(f"Position error ({error_source(data)}) and distance to the debris", fontsize=10, loc="left")
+    errors = (
+        f"Position error ({error_source(data)}) and distance to the debris" if data.mus else "Distance to the debris"
+    )
+    axes.set_title(errors, fontsize=10, loc="left")
     distance = net_distance(data)
     if distance.known:
         right = axes.twinx()
@@ -75,7 +77,6 @@ def thrust(figure: Figure, data: MissionData) -> None:
     mus = sorted(mu for mu, series in data.mus.items() if len(series.thrust))
     columns = 2 if len(mus) > 1 else 1
     panels = figure.subplots(-(-len(mus) // columns), columns, sharex=True, sharey=True, squeeze=False)
-    limit = find_number(data.parameters, "thrust_limit_n")
     for panel, mu in zip(panels.flat, mus, strict=False):
         force = thrust_curve(data, mu)
         for axis, color in enumerate(_AXIS_COLORS):
@@ -88,8 +89,9 @@ def thrust(figure: Figure, data: MissionData) -> None:
                 label="xyz"[axis],
                 alpha=0.85,
             )
+        limit = data.system.units[mu - 1].thrust_limit_n if data.system and mu <= data.system.unit_count else None
         for sign in (-1.0, 1.0):
-            if limit:
+            if limit is not None:
                 panel.axhline(sign * limit, color="gray", linewidth=0.7, linestyle="--")
         panel.set_title(f"MU {mu}", fontsize=9, loc="left", color=mu_color(mu), fontweight="bold")
         mark_phases(panel, data, named=mu == mus[0])
@@ -100,7 +102,7 @@ def thrust(figure: Figure, data: MissionData) -> None:
     figure.legend(lines, names, loc="outside upper right", ncols=3, fontsize=9, frameon=False)
     panels.flat[0].set_xlim(0.0, max(float(data.seconds(data.end_ns)), 0.1))
     figure.supxlabel("time since launch [s]", fontsize=10)
-    figure.supylabel("commanded thrust [N]" + (", dashed: limit" if limit else ""), fontsize=10)
+    figure.supylabel("commanded thrust [N]" + (", dashed: limit" if data.system else ""), fontsize=10)
 
 
 def fuel(axes: Axes, data: MissionData) -> None:
@@ -121,7 +123,7 @@ def fuel(axes: Axes, data: MissionData) -> None:
 def capture(axes: Axes, data: MissionData) -> None:
     """CQI (left) and locked pairs (right) over time."""
     cqi, pairs = quality(data)
-    threshold = find_number(data.parameters, "cqi_threshold")
+    threshold = data.system.capture.cqi_threshold if data.system else None
     if cqi.known:
         axes.plot(cqi.time_s, cqi.value, color="#0072B2", linewidth=1.6)
         if threshold is not None:
@@ -137,16 +139,17 @@ def capture(axes: Axes, data: MissionData) -> None:
     _time_axis(axes, data)
     axes.set_title("Capture quality and locked pairs", fontsize=10, loc="left")
     right = axes.twinx()
-    design = DESIGNS.get(data.mu_count)
+    system = data.system
     if len(pairs.time_s):
         right.step(pairs.time_s, pairs.value, where="post", color="#D55E00", linewidth=1.6)
-    if design is not None:
-        right.axhline(design.required_locked_pairs, color="#D55E00", linewidth=0.8, linestyle="--")
+    if system is not None:
+        required = system.capture.required_locked_pairs
+        right.axhline(required, color="#D55E00", linewidth=0.8, linestyle="--")
         right.annotate(
-            f"at least {design.required_locked_pairs} needed", (0.02, design.required_locked_pairs),
+            f"at least {required} needed", (0.02, required),
             xycoords=("axes fraction", "data"), xytext=(0, 2), textcoords="offset points", fontsize=8, color="#D55E00",
         )  # fmt: skip
-        right.set_ylim(0.0, 1.05 * max(design.max_locked_pairs, 1))
+        right.set_ylim(0.0, 1.05 * max(system.closing.max_locked_pairs, 1))
     right.set_ylabel("locked pairs", color="#D55E00")
     mark_phases(axes, data)
 

@@ -1,6 +1,6 @@
 """Draws a snapshot in three dimensions, with whatever is in front hiding what is behind.
 
-matplotlib's own 3-D axes sort whole objects, not their parts: a net round a cylinder then looks like a tangle. Here
+matplotlib's own 3-D axes sort whole objects, not their parts: a net round a body then looks like a tangle. Here
 every thread and every facet is projected, sorted by its distance from the eye and painted from back to front. The
 projection is orthographic: lengths compare across the picture, and one scale bar is true for all of it.
 """
@@ -15,8 +15,8 @@ from typing import TYPE_CHECKING, TypeAlias
 import numpy as np
 
 from tethernet_bringup.analysis.snapshots import Snapshot
-from tethernet_core.layout import DESIGNS
 from tethernet_core.rotation import matrix
+from tethernet_core.system import System
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -29,9 +29,10 @@ MU_COLORS = ("#0072B2", "#E69F00", "#009E73", "#D55E00", "#56B4E9", "#CC79A7", "
 _NET_NEAR, _NET_FAR = np.array([0.05, 0.15, 0.35]), np.array([0.62, 0.70, 0.82])
 _DEBRIS, _CHASER, _TETHER = np.array([0.80, 0.76, 0.70]), np.array([0.93, 0.80, 0.45]), "#7a5c00"
 _LIGHT = np.array([0.55, 0.80, -0.10])
-_CHASER_SIDE_M = 1.5
-_MARKER = 0.012  # drawn radius of an MU, in sizes of the picture: itself it would hardly be seen
-_SIDES, _RINGS = 48, 24
+_MASS = np.array([0.5, 0.25, 0.6])
+_MARKER = 0.012  # drawn radius of a unit, in sizes of the picture: itself it would hardly be seen
+_FACET, _LIFT = 0.02, 0.01
+"""Longest side of a drawn facet, and what lifts a thread off the surface that it lies on, in sizes of the picture."""
 
 
 def mu_color(mu: int) -> str:
@@ -81,7 +82,7 @@ class _Painting:
         x, y, depth = self.camera.project(center)
         angle = np.linspace(0.0, 2.0 * np.pi, 25)
         outline = np.stack([x + radius * np.cos(angle), y + radius * np.sin(angle)], axis=1)
-        self._add(float(depth) + 0.5, outline, color, "black", 0.6)
+        self._add(float(depth) + 2.0 * radius, outline, color, "black", 0.6)
 
     def finish(self, axes: Axes) -> None:
         from matplotlib.collections import PolyCollection
@@ -107,29 +108,35 @@ class _Painting:
 
 
 def draw(
-    axes: Axes, shot: Snapshot, debris_size: tuple[float, float], *, wide: bool = False, camera: Camera | None = None
+    axes: Axes, shot: Snapshot, system: System | None, *, wide: bool = False, camera: Camera | None = None
 ) -> None:
     """Paint a snapshot.
 
     Args:
         axes: matplotlib axes; their frame is taken away.
         shot: the moment.
-        debris_size: radius and length [m].
+        system: what was flown: how the net is tied, the debris' shape; without it, knots and places only.
         wide: show the chaser and all that is between, instead of the surroundings of net and debris.
         camera: where from.
     """
     camera = camera or Camera()
-    size = _MARKER * _frame(axes, camera, _corners(shot, debris_size, wide=wide))
+    picture = _frame(axes, camera, _corners(shot, system, wide=wide))
+    size = _MARKER * picture
     painting = _Painting(camera)
-    if shot.debris is not None:
-        _cylinder(painting, shot.debris, *debris_size)
-    elif shot.debris_place is not None:
-        _ghost(axes, camera, shot.debris_place, debris_size[0])
-    if shot.knots is not None:
-        _net(painting, shot.knots)
+    place = shot.debris_place if shot.debris is None else shot.debris[:3]
+    if shot.debris is not None and system is not None:
+        _debris(painting, shot.debris, system, picture)
+    elif place is not None:
+        _ghost(axes, camera, place, _ghost_radius(system))
+    if system is not None and shot.knots is not None and len(shot.knots) == system.net.node_count:
+        _net(painting, shot.knots, system.net.threads, picture)
+        _hung(painting, shot, system, shot.knots, size)
+    elif shot.knots is not None:  # how they are tied is not known
+        for knot in shot.knots:
+            painting.disc(knot, 0.2 * size, _NET_NEAR)
     _mus(painting, shot, size)
-    if shot.chaser is not None:
-        _chaser(painting, shot, shot.chaser)
+    if shot.chaser is not None and system is not None:
+        _chaser(painting, shot, shot.chaser, system)
     painting.finish(axes)
     _labels(axes, camera, shot, size)
     axes.set_title(f"{shot.title}, {shot.time_s:.1f} s", fontsize=10, loc="left")
@@ -148,37 +155,34 @@ def _shade(color: np.ndarray, normal: np.ndarray) -> np.ndarray:
     return np.clip(color * (0.70 + 0.30 * max(float(normal @ light), 0.0)), 0.0, 1.0)
 
 
-def _cylinder(painting: _Painting, body: np.ndarray, radius: float, length: float) -> None:
-    """Facets of the side and of both ends, those that face the eye."""
-    turn, center, eye = rotation(body[3:]), body[:3], painting.camera.axes[2]
-    angles = np.linspace(0.0, 2.0 * np.pi, _SIDES + 1)
-    heights = np.linspace(-length / 2.0, length / 2.0, _RINGS + 1)
-    circle = radius * np.stack([np.cos(angles), np.sin(angles), np.zeros_like(angles)], axis=1)
-    for i in range(_SIDES):
-        middle = 0.5 * (angles[i] + angles[i + 1])
-        normal = turn @ np.array([np.cos(middle), np.sin(middle), 0.0])
-        if normal @ eye <= 0.0:
+def _debris(painting: _Painting, body: np.ndarray, system: System, picture: float) -> None:
+    """The triangles of its surface that face the eye, cut so small that each hides what is behind it."""
+    debris = system.debris
+    vertices, faces = debris.shape.triangles()
+    turn = rotation(body[3:])
+    corners = (body[:3] + (vertices - debris.center_of_mass) @ turn.T)[faces]
+    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    lengths = np.linalg.norm(normals, axis=1)
+    seen = (normals @ painting.camera.axes[2] > 0.0) & (lengths > 0.0)
+    colors = [_shade(_DEBRIS, normal / length) for normal, length in zip(normals[seen], lengths[seen], strict=True)]
+    for triangle, color in zip(corners[seen], colors, strict=True):
+        for piece in _cut(triangle, _FACET * picture):
+            painting.face(piece, color)
+
+
+def _cut(triangle: np.ndarray, longest: float) -> Iterator[np.ndarray]:
+    """A triangle (3, 3) as triangles whose sides are no longer than ``longest`` [m]."""
+    waiting = [triangle]
+    while waiting:
+        corners = waiting.pop()
+        sides = np.linalg.norm(corners - np.roll(corners, -1, axis=0), axis=1)
+        side = int(np.argmax(sides))
+        if sides[side] <= longest:
+            yield corners
             continue
-        color = _shade(_DEBRIS, normal)
-        for low, high in itertools.pairwise(heights):
-            corners = np.array([circle[i], circle[i + 1], circle[i + 1], circle[i]])
-            corners[:, 2] = (low, low, high, high)
-            painting.face(center + corners @ turn.T, color)
-    for height in (-length / 2.0, length / 2.0):
-        normal = turn @ np.array([0.0, 0.0, np.sign(height)])
-        if normal @ eye > 0.0:
-            _end(painting, center, turn, circle, height, _shade(_DEBRIS, normal))
-
-
-def _end(
-    painting: _Painting, center: np.ndarray, turn: np.ndarray, circle: np.ndarray, height: float, color: Color
-) -> None:
-    rings = np.linspace(0.0, 1.0, 5)
-    for i in range(_SIDES):
-        for inner, outer in itertools.pairwise(rings):
-            corners = np.array([inner * circle[i], inner * circle[i + 1], outer * circle[i + 1], outer * circle[i]])
-            corners[:, 2] = height
-            painting.face(center + corners @ turn.T, color)
+        a, b, c = np.roll(corners, -side, axis=0)
+        middle = 0.5 * (a + b)
+        waiting += [np.array([a, middle, c]), np.array([middle, b, c])]
 
 
 def _ghost(axes: Axes, camera: Camera, place: np.ndarray, radius: float) -> None:
@@ -190,39 +194,36 @@ def _ghost(axes: Axes, camera: Camera, place: np.ndarray, radius: float) -> None
     axes.text(x, y - 1.15 * radius, "debris\n(attitude unknown)", ha="center", va="top", fontsize=7, color="gray")
 
 
-def _net(painting: _Painting, knots: np.ndarray) -> None:
+def _net(painting: _Painting, knots: np.ndarray, threads: np.ndarray, picture: float) -> None:
     depth = painting.camera.project(knots)[..., 2]
     near, far = float(depth.max()), float(depth.min())
-    span = max(near - far, 1e-6)
-
-    def thread(a: np.ndarray, b: np.ndarray, da: float, db: float) -> None:
-        share = (near - 0.5 * (da + db)) / span
-        painting.line(a, b, (1.0 - share) * _NET_NEAR + share * _NET_FAR, 0.75 - 0.25 * share, nearer=0.25)
-
-    rows, columns = knots.shape[:2]
-    for i in range(rows):
-        for j in range(columns):
-            if j + 1 < columns:
-                thread(knots[i, j], knots[i, j + 1], depth[i, j], depth[i, j + 1])
-            if i + 1 < rows:
-                thread(knots[i, j], knots[i + 1, j], depth[i, j], depth[i + 1, j])
+    shares = (near - 0.5 * (depth[threads[:, 0]] + depth[threads[:, 1]])) / max(near - far, 1e-6)
+    for (a, b), share in zip(threads.tolist(), shares.tolist(), strict=True):
+        color = (1.0 - share) * _NET_NEAR + share * _NET_FAR
+        painting.line(knots[a], knots[b], color, 0.75 - 0.25 * share, nearer=_LIFT * picture)
 
 
 def _mus(painting: _Painting, shot: Snapshot, size: float) -> None:
-    design = DESIGNS.get(4 if len(shot.mus) <= 4 else 8)
     for mu, trail in shot.trails.items():
         thinned = trail[:: max(1, len(trail) // 80)]
         pale = 0.45 * np.array(_rgb(mu_color(mu))) + 0.55
         for a, b in itertools.pairwise(thinned):
             painting.line(a, b, pale, 0.8)
     for mu, place in shot.mus.items():
-        if shot.knots is not None and design and mu <= design.mu_count and shot.knots.shape[:2] == (23, 23):
-            painting.line(place, shot.knots[design.knots[mu - 1]], mu_color(mu), 1.2, nearer=0.3)
         painting.disc(place, size, mu_color(mu))
 
 
-def _chaser(painting: _Painting, shot: Snapshot, body: np.ndarray) -> None:
-    turn, center, half = rotation(body[3:]), body[:3], _CHASER_SIDE_M / 2.0
+def _hung(painting: _Painting, shot: Snapshot, system: System, knots: np.ndarray, size: float) -> None:
+    """Threads of the units, and masses at nodes."""
+    for mu, place in shot.mus.items():
+        if mu <= system.unit_count:
+            painting.line(place, knots[system.units[mu - 1].node], mu_color(mu), 1.2, nearer=0.8 * size)
+    for mass in system.net.point_masses:
+        painting.disc(knots[mass.node], 0.7 * size, _MASS)
+
+
+def _chaser(painting: _Painting, shot: Snapshot, body: np.ndarray, system: System) -> None:
+    turn, center, half = rotation(body[3:]), body[:3], system.chaser.side_m / 2.0
     for axis in range(3):
         for sign in (-1.0, 1.0):
             normal = np.zeros(3)
@@ -232,10 +233,10 @@ def _chaser(painting: _Painting, shot: Snapshot, body: np.ndarray) -> None:
             u, v = np.roll(np.eye(3), -axis - 1, axis=0)[:2]
             square = np.array([normal + a * u + b * v for a, b in ((-1, -1), (1, -1), (1, 1), (-1, 1))]) * half
             painting.face(center + square @ turn.T, _shade(_CHASER, turn @ normal))
-    if shot.knots is not None:
-        middle = shot.knots[shot.knots.shape[0] // 2, shot.knots.shape[1] // 2]
-        anchor = center + turn @ np.array([0.0, 0.0, -half])
-        for a, b in _pieces(anchor, middle, 60):
+    tied = system.tether.stiffness_n_m > 0.0 and shot.knots is not None and len(shot.knots) == system.net.node_count
+    if tied and shot.knots is not None:
+        anchor = center + turn @ np.array([0.0, 0.0, system.chaser.anchor_m])
+        for a, b in _pieces(anchor, shot.knots[system.net.center_node], 60):
             painting.line(a, b, _TETHER, 0.9)
 
 
@@ -278,21 +279,20 @@ def _named(members: list[int]) -> str:
     return "MU " + " ".join(map(str, members))
 
 
-def _corners(shot: Snapshot, debris_size: tuple[float, float], *, wide: bool) -> np.ndarray:
+def _ghost_radius(system: System | None) -> float:
+    return 1.0 if system is None else 0.5 * float(np.cbrt(system.debris.shape.volume_m3))
+
+
+def _corners(shot: Snapshot, system: System | None, *, wide: bool) -> np.ndarray:
     """Points that the picture has to show [m]."""
     parts = [place[None] for place in shot.mus.values()]
     if shot.knots is not None:
-        parts.append(shot.knots.reshape(-1, 3))
-    if shot.debris is not None and (wide or not parts or shot.title != "early deployment"):
-        radius, length = debris_size
-        turn = rotation(shot.debris[3:])
-        ends = np.array(
-            [[x, y, z] for x in (-radius, radius) for y in (-radius, radius) for z in (-length / 2, length / 2)]
-        )
-        parts.append(shot.debris[:3] + ends @ turn.T)
-    elif shot.debris_place is not None:
-        radius = debris_size[0]
-        parts.append(shot.debris_place + 1.5 * radius * np.vstack([np.eye(3), -np.eye(3)]))
+        parts.append(shot.knots)
+    if shot.debris is not None and system is not None and (wide or not parts or shot.title != "early deployment"):
+        vertices, _ = system.debris.shape.triangles()
+        parts.append(shot.debris[:3] + (vertices - system.debris.center_of_mass) @ rotation(shot.debris[3:]).T)
+    elif (place := shot.debris_place if shot.debris is None else shot.debris[:3]) is not None:
+        parts.append(place + 1.5 * _ghost_radius(system) * np.vstack([np.eye(3), -np.eye(3)]))
     if wide:
         parts.append(np.zeros((1, 3)) if shot.chaser is None else shot.chaser[None, :3])
     return np.concatenate(parts) if parts else np.zeros((1, 3))
@@ -305,7 +305,8 @@ def _frame(axes: Axes, camera: Camera, points: np.ndarray) -> float:
         The picture's size, of its shorter side roughly [m].
     """
     seen = camera.project(points)[:, :2]
-    low, high = seen.min(axis=0) - 1.5, seen.max(axis=0) + 1.5
+    margin = 0.05 * float(np.ptp(seen, axis=0).max()) + 1e-3
+    low, high = seen.min(axis=0) - margin, seen.max(axis=0) + margin
     box = axes.get_window_extent()
     aspect = box.width / box.height if box.height > 0 else 1.0
     size, middle = high - low, 0.5 * (low + high)
@@ -319,7 +320,7 @@ def _frame(axes: Axes, camera: Camera, points: np.ndarray) -> float:
     for spine in axes.spines.values():
         spine.set_visible(False)
     left, bottom = middle[0] - width / 2, middle[1] - height / 2
-    bar = 10.0 if width > 30.0 else 5.0 if width > 15.0 else 2.0
+    bar = _round_length(0.25 * width)
     x0, y0 = left + 0.03 * width, bottom + 0.05 * height
     axes.plot([x0, x0 + bar], [y0, y0], color="black", linewidth=2.0, solid_capstyle="butt")
     axes.text(x0 + bar / 2, y0 + 0.012 * width, f"{bar:g} m", ha="center", va="bottom", fontsize=8)
@@ -332,6 +333,12 @@ def _frame(axes: Axes, camera: Camera, points: np.ndarray) -> float:
         x, y = root + 1.35 * direction
         axes.text(x, y, name, color="gray", fontsize=7, ha="center", va="center")
     return min(width, 1.4 * height)
+
+
+def _round_length(length: float) -> float:
+    """The largest of 1, 2, 5 times a power of ten that is no longer [m]."""
+    power = 10.0 ** np.floor(np.log10(length))
+    return float(power * max(step for step in (1.0, 2.0, 5.0) if step * power <= length))
 
 
 def _rgb(color: str) -> tuple[float, float, float]:

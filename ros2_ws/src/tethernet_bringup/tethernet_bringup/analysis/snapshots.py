@@ -1,4 +1,4 @@
-"""The whole scene at a few chosen moments: net, MUs, debris, chaser."""
+"""The whole scene at a few chosen moments: net, units, debris, chaser."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ class Snapshot:
     time_s: float
     """Since launch [s]."""
     stamp_ns: int
-    knots: np.ndarray | None = None  # (rows, columns, 3)
+    knots: np.ndarray | None = None  # (N, 3)
     """Knots of the net [m]; None where the net is not recorded."""
     mus: dict[int, np.ndarray] = field(default_factory=dict)
     """Positions by MU [m]."""
@@ -94,7 +94,7 @@ def _add_nets(data: MissionData, bag: BagReader, shots: list[Snapshot]) -> None:
             continue
         try:
             net = decode(bag.topics[topics.NET_STATE].message_type, message.data)
-            knots = np.asarray(net.knot_positions, dtype=float).reshape(net.rows, net.columns, 3)
+            knots = np.asarray(net.knot_positions, dtype=float).reshape(-1, 3)
         except (ValueError, AttributeError):
             continue
         for shot in wanted[index]:

@@ -21,7 +21,6 @@ from tethernet_bringup.analysis.metrics import (
 )
 from tethernet_bringup.analysis.mission_data import MissionData
 from tethernet_bringup.analysis.punctuality import ClosingStart, closing_start, delay_text, late_decisions
-from tethernet_core.layout import DESIGNS
 from tethernet_core.mission import Phase
 
 _MU_TOPIC = re.compile(r"/mu(\d+)/(\w+)$")
@@ -37,12 +36,13 @@ def summary(data: MissionData, bag: Path) -> dict[str, Any]:
     topics = [topic_report(name, topic) for name, topic in sorted(data.topics.items())]
     cqi, pairs = quality(data)
     distance = net_distance(data)
-    design = DESIGNS.get(data.mu_count)
+    system = data.system
     start = closing_start(data)
     decisions, late = late_decisions(data)
     return _finite(
         {
             "bag": str(bag),
+            "system": data.facts.get("system") or (system.name if system else None),
             "mus": data.mu_count,
             **{key: data.facts.get(key) for key in ("policy", "seed", "pace", "commit")},
             "verdict": verdict(data),
@@ -50,8 +50,8 @@ def summary(data: MissionData, bag: Path) -> dict[str, Any]:
             "cqi": float(cqi.value[-1]) if len(cqi.value) else None,
             "cqi_all": float(getattr(data.final.message, "cqi_all", math.nan)) if data.final else None,
             "locked_pairs": int(pairs.value[-1]) if len(pairs.value) else None,
-            "max_locked_pairs": design.max_locked_pairs if design else None,
-            "required_locked_pairs": design.required_locked_pairs if design else None,
+            "max_locked_pairs": system.closing.max_locked_pairs if system else None,
+            "required_locked_pairs": system.capture.required_locked_pairs if system else None,
             "mouth_area_m2": float(data.trigger.message.mouth_area) if data.trigger else None,
             "net_debris_distance_m": float(distance.value[-1]) if len(distance.value) else None,
             "smallest_net_debris_distance_m": float(distance.value.min()) if len(distance.value) else None,
@@ -106,7 +106,8 @@ def text(content: dict[str, Any]) -> str:
     Args:
         content: from :func:`summary`.
     """
-    facts = [f"{content['mus']} MUs"]
+    facts = [f"system {content['system']}"] if content["system"] else []
+    facts += [f"{content['mus']} units"]
     facts += [f"{name} {content[name]}" for name in ("policy", "seed", "pace") if content[name]]
     facts += [f"commit {content['commit'][:12]}"] if content["commit"] else []
     lines = [content["bag"], ", ".join(facts), "", content["verdict"]]
@@ -114,7 +115,7 @@ def text(content: dict[str, Any]) -> str:
         f"  {name:<28}{value}"
         for name, value in (
             ("CQI", _number(content["cqi"], 2)),
-            ("CQI with the MUs counted", _number(content["cqi_all"], 2)),
+            ("CQI with the units counted", _number(content["cqi_all"], 2)),
             ("locked pairs", _pairs(content)),
             ("trigger", _number(content["trigger_s"], 2, " s after launch")),
             ("closing began", _began(content)),
@@ -128,7 +129,9 @@ def text(content: dict[str, Any]) -> str:
         lines.append(
             f"{phase['phase'].lower():<11}{phase['from_s']:>10.2f}{phase['to_s']:>10.2f}  {phase['reason']}".rstrip()
         )
-    lines += ["", *_mu_table(content), "", *_topic_table(content)]
+    if content["per_mu"]:
+        lines += ["", *_mu_table(content)]
+    lines += ["", *_topic_table(content)]
     if content["problems"]:
         lines += ["", *(f"note: {remark}" for remark in content["problems"])]
     return "\n".join(lines)
@@ -217,6 +220,8 @@ def _extreme(which: Callable[..., float | None], rows: list[dict[str, Any]], key
 def _pairs(content: dict[str, Any]) -> str:
     if content["locked_pairs"] is None:
         return "-"
+    if content["max_locked_pairs"] is None:
+        return str(content["locked_pairs"])
     needed = content["required_locked_pairs"]
     return f"{content['locked_pairs']} of {content['max_locked_pairs']}, at least {needed} needed"
 

@@ -7,13 +7,20 @@ parameter file (the debris' place, for one) is checked after the set-up, in :mod
 from __future__ import annotations
 
 import argparse
+import difflib
 import math
 import os
-from collections.abc import Sequence
+import re
+from collections.abc import Iterable, Sequence
+from pathlib import Path
 from typing import NoReturn
 
 PROGRAM = "run_mission.py"
-MU_COUNTS = (4, 8)
+SHIPPED_SYSTEMS = Path(__file__).resolve().parents[3] / "tethernet_core" / "tethernet_core" / "systems"
+"""Folder of the shipped descriptions: their names are needed before the package that reads them is installed."""
+SHORT_NAME = re.compile(r"zenit_(\d+)mu")
+"""Systems that ``--mus N`` stands for."""
+MOST_UNITS = 24
 PACES = ("realtime", "lockstep")
 DISCOVERY_RANGES = ("localhost", "subnet")
 LARGEST_SEED = 2**63 - 1
@@ -75,18 +82,26 @@ def _parser() -> argparse.ArgumentParser:
         allow_abbrev=False,
     )
     add = parser.add_argument
-    add("--mus", metavar="{4,8}", help="maneuverable units: 4 (winches close the net) or 8 (the MUs dock); default 8")
-    add("--debris", nargs=3, metavar=("X", "Y", "Z"), help="debris' centre of mass [m], frame launch; default 0 0 -50")
+    systems = shipped_systems()
+    add(
+        "--system", metavar="NAME|FILE",
+        help=f"what is flown: {', '.join(systems)}, or the path of a description; default zenit_8mu",
+    )  # fmt: skip
+    add("--mus", metavar="N", help=f"short for --system zenit_Nmu; {_or(short_names(systems))}")
+    add(
+        "--debris", nargs=3, metavar=("X", "Y", "Z"),
+        help="debris' centre of mass [m], frame launch; default: the system's, 0 0 -50 for zenit_8mu",
+    )  # fmt: skip
     add(
         "--attitude", nargs=4, metavar=("QX", "QY", "QZ", "QW"),
-        help="debris' attitude, body to launch; default: long axis along the net's diagonal",
+        help="debris' attitude, body to launch; default: the system's; the body's z axis along (1, 1, 0)",
     )  # fmt: skip
     add("--tumble", nargs=3, metavar=("WX", "WY", "WZ"), help="debris' angular rate [rad/s], body frame; default 0 0 0")
     add("--seed", metavar="N", help="seed of the sensor noise; default 1")
     add(
         "--policy", metavar="POLICY",
         help="who chooses the aiming points: nominal, rl (the trained policy that is shipped) or the path of a "
-        "policy.safetensors; default: what the planner's parameter file says, rl as shipped",
+        "policy.safetensors; default: rl where a policy is shipped for the system, else nominal",
     )  # fmt: skip
     add(
         "--pace",
@@ -94,14 +109,14 @@ def _parser() -> argparse.ArgumentParser:
         help="20 Hz by the wall clock (default), or as fast as all commands arrive",
     )
     add("--output", default="runs", metavar="DIR", help="folder for the runs; default runs")
-    add("--external-mu", nargs="+", metavar="N", help="MUs whose odometry comes from a driver of their own")
+    add("--external-mu", nargs="+", metavar="N", help="units whose odometry comes from a driver of their own")
     add(
         "--external-timeout",
         default="60",
         metavar="S",
-        help="wait so long for the drivers of external MUs [s]; default 60",
+        help="wait so long for the drivers of external units [s]; default 60",
     )
-    add("--no-sim", action="store_true", help="no simulator: all MUs are external, --debris says where the debris is")
+    add("--no-sim", action="store_true", help="no simulator: all units are external, --debris says where the debris is")
     add("--params", metavar="FILE", help="ROS 2 parameter file; flags go before it, it goes before the shipped values")
     add("--domain-id", metavar="N", help="DDS domain; default: $ROS_DOMAIN_ID, or 0")
     add("--discovery", default="localhost", metavar="{localhost,subnet}", help="who finds the nodes; default localhost")
@@ -121,12 +136,7 @@ def _shield_number(word: str) -> str:
 
 
 def _check(options: argparse.Namespace) -> None:
-    if options.mus is not None:
-        options.mus = _whole("--mus", options.mus)
-        if options.mus not in MU_COUNTS:
-            raise UsageError(
-                f"--mus {options.mus}: no such design; allowed: 4 (winches close the net) or 8 (the MUs dock)"
-            )
+    _check_system(options)
     options.debris = _numbers("--debris", options.debris)
     options.tumble = _numbers("--tumble", options.tumble)
     options.attitude = _unit_quaternion(options)
@@ -136,7 +146,7 @@ def _check(options: argparse.Namespace) -> None:
         given = getattr(options, name)
         if given is not None and given not in allowed:
             raise UsageError(f"--{name} {_cut(given)}: unknown; allowed: {' or '.join(allowed)}")
-    for name in ("output", "policy", "params"):
+    for name in ("output", "policy", "params", "system"):
         if getattr(options, name) is not None and not getattr(options, name).strip():
             raise UsageError(f"--{name}: nothing given; allowed: a name")
     options.external_timeout = _number("--external-timeout", options.external_timeout)
@@ -146,20 +156,65 @@ def _check(options: argparse.Namespace) -> None:
     _check_external(options)
 
 
+def shipped_systems() -> tuple[str, ...]:
+    """Names of the shipped systems; none where the package that holds them lies elsewhere."""
+    return tuple(sorted(path.stem for path in SHIPPED_SYSTEMS.glob("*.yaml")))
+
+
+def short_names(systems: Sequence[str]) -> dict[int, str]:
+    """The numbers that ``--mus`` takes, and the systems that they stand for."""
+    found = {int(match.group(1)): name for name in systems if (match := SHORT_NAME.fullmatch(name))}
+    return dict(sorted(found.items()))
+
+
+def _check_system(options: argparse.Namespace) -> None:
+    """Take ``--mus N`` for the system that it stands for, and refuse names of systems that there are not."""
+    systems = shipped_systems()
+    if options.mus is not None:
+        count, names = _whole("--mus", options.mus), short_names(systems)
+        if names and count not in names:
+            raise UsageError(f"--mus {count}: no such system; allowed: {_or(names)}, or --system NAME|FILE")
+        name = names.get(count, f"zenit_{count}mu")
+        if options.system not in (None, name):
+            raise UsageError(
+                f"--mus {count} with --system {_cut(options.system)}: two systems; allowed: one of them, --mus {count} "
+                f"is short for --system {name}"
+            )
+        options.system = name
+    elif options.system is not None and systems and options.system not in systems and not _is_file(options.system):
+        near = difflib.get_close_matches(options.system, systems, 1)
+        raise UsageError(
+            f"--system {_cut(options.system)}: no such system{f' (did you mean {near[0]}?)' if near else ''}; "
+            f"allowed: {', '.join(systems)}, or the path of a description"
+        )
+
+
+def _is_file(word: str) -> bool:
+    try:
+        return Path(word).is_file()
+    except (OSError, ValueError):  # such as a name that is too long, or with a NUL in it
+        return False
+
+
+def _or(values: Iterable[object]) -> str:
+    """``4 or 8``."""
+    words = [str(value) for value in values]
+    return " or ".join(filter(None, (", ".join(words[:-1]), words[-1]))) if words else "none"
+
+
 def _check_external(options: argparse.Namespace) -> None:
-    largest = options.mus or max(MU_COUNTS)
+    # How many the system has is known once its description is read.
+    largest = MOST_UNITS
     given = options.external_mu or []
     options.external_mu = sorted({_whole("--external-mu", word, 1, largest) for word in given})
     if options.no_sim:
-        if options.external_mu and options.mus and len(options.external_mu) < options.mus:
-            options.notices.append("--no-sim: all MUs are external, not only those that --external-mu names")
+        if options.external_mu:
+            options.notices.append("--no-sim: all units are external, whatever --external-mu names")
         for name in ("attitude", "tumble"):
             if getattr(options, name) is not None:
                 options.notices.append(f"--{name} has no effect: without a simulator the debris is a real one")
     if options.pace == "lockstep" and options.no_sim:
-        raise UsageError(
-            "--pace lockstep with --no-sim: there is no simulator that could wait for the MUs; allowed: --pace realtime"
-        )
+        raise UsageError("--pace lockstep with --no-sim: no simulator waits for the units; allowed: --pace realtime")
 
 
 def _unit_quaternion(options: argparse.Namespace) -> tuple[float, ...] | None:

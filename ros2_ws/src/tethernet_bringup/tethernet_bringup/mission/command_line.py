@@ -18,6 +18,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from tethernet_bringup.bags.run_info import DESCRIPTION
 from tethernet_bringup.mission import arguments
 from tethernet_bringup.mission.interrupts import Interrupts
 from tethernet_bringup.mission.outcome import (
@@ -33,6 +34,7 @@ from tethernet_bringup.mission.outcome import (
 from tethernet_bringup.mission.run_folder import keep_traceback
 from tethernet_core.command import complain, explain, let_go_of_closed_streams
 from tethernet_core.quiet_start import open_standard_streams
+from tethernet_ros import topics
 
 if TYPE_CHECKING:
     from argparse import Namespace
@@ -78,11 +80,11 @@ def _run(options: Namespace, interrupts: Interrupts, began: float) -> ExitStatus
         return _refuse(ExitStatus.USAGE, str(error))
     interrupts.hold()  # from here on there is something to leave in order
     try:
-        folder = make_run_folder(options.output, setup.mu_count, setup.scenario.seed)
+        folder = make_run_folder(options.output, setup.system.name, setup.scenario.seed)
     except RunFolderError as error:
         return _refuse(ExitStatus.USAGE if error.usage else ExitStatus.FAULT, str(error))
     display = Display(sys.stdout, setup.supervisor.report_period_s)
-    record = FlightRecord(mu_count=setup.mu_count, seed=setup.scenario.seed, policy=setup.policy, commit=_commit())
+    record = FlightRecord(system=setup.system, seed=setup.scenario.seed, policy=setup.policy, commit=_commit())
     flight = None
     try:
         flight = _fly(options, setup, folder, record, interrupts, display, began)
@@ -114,7 +116,8 @@ def _fly(
     from tethernet_bringup.mission.supervisor import Supervisor, mission_environment
     from tethernet_bringup.recorder.recording import sign_of_life
 
-    setup = setup.recorded_in(folder.bag, folder.run_info)
+    folder.system.write_text(setup.system.to_yaml(), encoding="utf-8")
+    setup = setup.recorded_in(folder.bag, folder.run_info, folder.system)
     folder.parameters.write_text(setup.yaml(), encoding="utf-8")
     folder.run_info.write_text(json.dumps(_facts(setup, record.commit), indent=2) + "\n", encoding="utf-8")
     for notice in (*options.notices, folder.shortage(), *stale_cards(setup)):
@@ -124,13 +127,13 @@ def _fly(
     # This process is part of the graph too: it finds the nodes under the same environment.
     environment = mission_environment(options.domain_id, options.discovery, folder.logs)
     protected = uses_profile(environment)
-    exclusive = exclusive_topics(setup.mu_count, setup.external, setup.simulated)
+    exclusive = exclusive_topics(setup.system, setup.external, setup.simulated)
     environment = use_profile(environment, folder.path, f"mission-{uuid.uuid4().hex}", exclusive)
     os.environ.pop("ROS_LOCALHOST_ONLY", None)
     os.environ.update(environment)
     plan = FlightPlan(
         processes=mission_processes(setup, folder),
-        mu_count=setup.mu_count,
+        system=setup.system,
         external=setup.external,
         simulated=setup.simulated,
         domain_id=options.domain_id,
@@ -158,7 +161,7 @@ def stale_cards(setup: MissionSetup) -> list[str]:
         shipped_models.POLICY: setup.policy == policies.RL,
         shipped_models.SURROGATE: setup.nodes["assessor"].get("predictor") == prediction.SURROGATE,
     }
-    return [measured.stale(kind, setup.mu_count) for kind, chosen in flies.items() if chosen]
+    return [measured.stale(kind, setup.system.unit_count) for kind, chosen in flies.items() if chosen]
 
 
 def _report(record: FlightRecord, folder: RunFolder, display: Display) -> ExitStatus:
@@ -193,7 +196,10 @@ def _facts(setup: MissionSetup, commit: str) -> dict[str, str]:
     return {
         "seed": str(setup.scenario.seed),
         "commit": commit,
-        "mus": str(setup.mu_count),
+        "mus": str(setup.system.unit_count),
+        "system": setup.system.name,
+        "system_digest": setup.system.digest,
+        DESCRIPTION: setup.system.to_yaml(),
         "policy": setup.policy,
         **{f"{name}_model": digest for name, digest in setup.models.items()},
         "pace": setup.scenario.pace,
@@ -207,17 +213,24 @@ def _banner(setup: MissionSetup, options: Namespace, folder: RunFolder) -> str:
     scenario = setup.scenario
     x, y, z = scenario.debris_position
     place = f"debris at ({x:g}, {y:g}, {z:g}) m"
-    lines = [f"mission: {setup.mu_count} MUs, {place}, policy {setup.policy}, seed {scenario.seed}, {scenario.pace}"]
+    what = f"{setup.system.name}, {_units(setup)}"
+    lines = [f"mission: {what}, {place}, policy {setup.policy}, seed {scenario.seed}, {scenario.pace}"]
     if setup.external:
-        which = "all MUs, no simulator" if not setup.simulated else ", ".join(f"MU {mu}" for mu in setup.external)
+        which = "all units, no simulator" if not setup.simulated else ", ".join(f"MU {mu}" for mu in setup.external)
         lines.append(f"external: {which}")
     domain = options.domain_id
     prefix = f"ROS_DOMAIN_ID={domain} " if domain else ""
+    topic = topics.mu_thrust(1) if setup.system.units else topics.DEBRIS_ODOMETRY
     lines.append(
-        f"ROS 2: domain {domain}, discovery {options.discovery}; look on with  {prefix}ros2 topic echo /mu1/thrust"
+        f"ROS 2: domain {domain}, discovery {options.discovery}; look on with  {prefix}ros2 topic echo {topic}"
     )
     lines.append(f"run: {folder.path}")
     return "\n".join(lines)
+
+
+def _units(setup: MissionSetup) -> str:
+    count = setup.system.unit_count
+    return f"{count} unit{'s' if count != 1 else ''}" if count else "no units"
 
 
 def _refuse(status: ExitStatus, reason: str) -> ExitStatus:

@@ -138,7 +138,7 @@ class Flight:
             raise MissionFaultError(self._crowded(str(error))) from None
         self._monitor = self._join(self._record)
         plan = self._plan
-        watched = exclusive_topics(plan.mu_count, plan.external, plan.simulated)
+        watched = exclusive_topics(plan.system, plan.external, plan.simulated)
         deadline = time.monotonic() + plan.parameters.probe_s
         while time.monotonic() < deadline:
             self._step()
@@ -149,7 +149,7 @@ class Flight:
     def _assemble(self) -> None:
         """Wait until every node has found every other."""
         plan, monitor = self._plan, self._joined
-        graph = monitor.check_graph(expected(plan.mu_count, plan.external, plan.simulated))
+        graph = monitor.check_graph(expected(plan.system, plan.external, plan.simulated))
         connections = monitor.check_connections(graph.subscriber_counts())
 
         def complete() -> bool:
@@ -227,7 +227,7 @@ class Flight:
         """From here on whoever else publishes what only one node should is a stranger."""
         plan = self._plan
         odometry = [topics.mu_odometry(mu) for mu in plan.external]
-        watched = exclusive_topics(plan.mu_count, plan.external, plan.simulated) + odometry
+        watched = exclusive_topics(plan.system, plan.external, plan.simulated) + odometry
         self._unexpected = self._joined.watch_unexpected_publishers(watched)
         for topic, names in self._unexpected.crowded.items():
             who = ", ".join(map(_name, names))

@@ -11,6 +11,7 @@ from tethernet_bringup.mission.supervisor import NodeProcess
 from tethernet_bringup.mission.supervisor_settings import SupervisorParameters
 from tethernet_core.parameters import load
 from tethernet_core.settings import ControlParameters
+from tethernet_core.system import System
 
 if TYPE_CHECKING:
     from tethernet_bringup.pulse import Answer
@@ -21,7 +22,7 @@ class FlightPlan:
     """What is flown, and how."""
 
     processes: tuple[NodeProcess, ...]
-    mu_count: int
+    system: System
     external: tuple[int, ...]
     simulated: bool
     domain_id: int

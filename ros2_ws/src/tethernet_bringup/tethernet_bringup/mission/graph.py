@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
 from tethernet_bringup.nodes import ASSESSOR, MONITOR, PLANNER, RECORDER, SIM, controller
-from tethernet_core.layout import design
+from tethernet_core.system import System
 from tethernet_ros import topics
 
 
@@ -22,16 +22,16 @@ class Endpoint:
         return f"{self.node} does not {'publish' if self.publishes else 'subscribe to'} {self.topic}"
 
 
-def expected(mu_count: int, external: Iterable[int], simulated: bool) -> list[Endpoint]:
+def expected(system: System, external: Iterable[int], simulated: bool) -> list[Endpoint]:
     """The endpoints that a mission needs.
 
     Args:
-        mu_count: 4 or 8.
-        external: MUs whose odometry somebody else publishes.
+        system: that is flown: one controller for each unit, none for a net without units.
+        external: units whose odometry somebody else publishes.
         simulated: whether the simulator runs.
     """
     external = set(external)
-    mus = range(1, mu_count + 1)
+    mus = range(1, system.unit_count + 1)
     publishers = {
         topics.MISSION_STATE: [PLANNER],
         topics.PLANNER_HEARTBEAT: [PLANNER],
@@ -45,7 +45,7 @@ def expected(mu_count: int, external: Iterable[int], simulated: bool) -> list[En
         publishers[topics.mu_thrust(mu)] = [controller(mu)]
         publishers[topics.mu_status(mu)] = [controller(mu)]
         subscribers[topics.mu_odometry(mu)] = [controller(mu)]
-        if not simulated or design(mu_count).closes_by_docking:
+        if not simulated or system.closing.kind == "docking":
             subscribers[topics.mu_odometry(mu)].append(PLANNER)
         subscribers[topics.mu_status(mu)] = [PLANNER]
     if simulated:
@@ -78,17 +78,17 @@ def expected(mu_count: int, external: Iterable[int], simulated: bool) -> list[En
     return result + [Endpoint(topic, node, False) for topic, nodes in subscribers.items() for node in nodes]
 
 
-def exclusive_topics(mu_count: int, external: Iterable[int], simulated: bool) -> list[str]:
+def exclusive_topics(system: System, external: Iterable[int], simulated: bool) -> list[str]:
     """Topics that only the mission's own nodes may publish.
 
     Not among them: transforms and diagnostics, which are everybody's, and what drivers and their trackers publish.
 
     Args:
-        mu_count: 4 or 8.
-        external: MUs whose odometry somebody else publishes.
+        system: that is flown.
+        external: units whose odometry somebody else publishes.
         simulated: whether the simulator runs.
     """
-    published = {endpoint.topic for endpoint in expected(mu_count, external, simulated) if endpoint.publishes}
+    published = {endpoint.topic for endpoint in expected(system, external, simulated) if endpoint.publishes}
     if simulated:
         published.add(topics.NET_MARKERS)
     return sorted(published - {topics.TF})

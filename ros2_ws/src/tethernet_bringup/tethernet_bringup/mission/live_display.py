@@ -12,13 +12,19 @@ from tethernet_core.mission import Phase
 
 _LIVE_PERIOD_S = 0.2
 _PHASE_TEXT = {
-    Phase.ARMED: "armed: the MUs fetch their aiming points",
-    Phase.DEPLOYING: "launch: the MUs pull the net open",
-    Phase.CLOSING: "trigger: the net closes",
+    Phase.ARMED: "armed",
+    Phase.DEPLOYING: "launch",
+    Phase.CLOSING: "trigger",
     Phase.COMPLETE: "end of the capture",
     Phase.MISSED: "missed",
     Phase.ABORTED: "aborted",
 }
+_WHAT_HAPPENS = {
+    Phase.DEPLOYING: {"flown": ": the units pull the net open", "ejected": ": the net is ejected"},
+    Phase.CLOSING: {
+        "docking": ": the units close the net", "winch": ": winches close the net", "none": ": nothing closes the net",
+    },
+}  # fmt: skip
 
 
 class Display:
@@ -86,9 +92,10 @@ def flight_line(record: FlightRecord) -> str:
     parts = [f"{record.time_s or 0.0:6.1f} s", f"{record.phase.name:<9}"]
     if progress is not None:
         parts.append(f"distance {_figure(progress.net_debris_distance, 5, 2)} m")
-    parts.append(f"error {_figure(max((s.tracking_error for s in statuses), default=math.nan), 4, 2)} m")
-    parts.append(f"fuel {sum(s.fuel for s in statuses):5.3f} kg")
-    if progress is not None:
+    if record.system.units:
+        parts.append(f"error {_figure(max((s.tracking_error for s in statuses), default=math.nan), 4, 2)} m")
+        parts.append(f"fuel {sum(s.fuel for s in statuses):5.3f} kg")
+    if progress is not None and progress.max_locked_pairs:
         parts.append(f"pairs {progress.locked_pairs}/{progress.max_locked_pairs}")
     if record.lost_controllers:
         parts.append("lost: " + ", ".join(f"MU {mu}" for mu in sorted(record.lost_controllers)))
@@ -97,6 +104,11 @@ def flight_line(record: FlightRecord) -> str:
 
 def _phase_line(record: FlightRecord) -> str:
     text = _PHASE_TEXT[record.phase]
+    what = _WHAT_HAPPENS.get(record.phase, {})
+    if record.phase == Phase.CLOSING:
+        text += what[record.system.closing.kind]
+    elif what:
+        text += what[record.system.launch.kind if record.system.units else "ejected"]
     if record.phase in (Phase.MISSED, Phase.ABORTED) and record.reason:
         text += f": {record.reason}"
     when = f"{record.time_s:6.1f} s" if record.time_s is not None else " " * 8

@@ -49,11 +49,11 @@ class Monitor:
         self._door = Door(self._node)
         self._start = self._door.ask(Trigger, topics.START)
         self._abort = self._door.ask(Trigger, topics.ABORT)
-        subscribe, mus = self._door.subscribe, record.mu_count
-        subscribe(checks.mission_state(mus), topics.MISSION_STATE, self._on_state, qos.STATE)
-        subscribe(checks.assessment(mus), topics.CAPTURE_ASSESSMENT, self._on_assessment, qos.STATE)
-        subscribe(checks.sim_status(mus), topics.SIM_STATUS, self._on_sim, qos.STATE)
-        for mu in range(1, mus + 1):
+        subscribe, system = self._door.subscribe, record.system
+        subscribe(checks.mission_state(system), topics.MISSION_STATE, self._on_state, qos.STATE)
+        subscribe(checks.assessment(system), topics.CAPTURE_ASSESSMENT, self._on_assessment, qos.STATE)
+        subscribe(checks.sim_status(system), topics.SIM_STATUS, self._on_sim, qos.STATE)
+        for mu in range(1, system.unit_count + 1):
             subscribe(checks.mu_status(mu), topics.mu_status(mu), self._on_status, qos.STATE)
 
     def close(self, status: int) -> None:
@@ -242,5 +242,5 @@ def settled(record: FlightRecord, simulated: bool) -> bool:
     if simulated and not (record.sim is not None and record.sim.finished):
         return False
     end_ns = nanoseconds(record.state.end_time)
-    living = [mu for mu in range(1, record.mu_count + 1) if mu not in record.lost_controllers]
+    living = [mu for mu in range(1, record.system.unit_count + 1) if mu not in record.lost_controllers]
     return all(mu in record.statuses and nanoseconds(record.statuses[mu].header.stamp) >= end_ns for mu in living)

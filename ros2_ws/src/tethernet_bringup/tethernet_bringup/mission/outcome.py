@@ -15,9 +15,9 @@ from typing import TYPE_CHECKING, Any
 
 from tethernet_core.aiming import FALLBACK
 from tethernet_core.atomic_file import write_text
-from tethernet_core.layout import design
 from tethernet_core.mission import Mission, Phase, seconds_between
 from tethernet_core.mission_gate import MissionGate
+from tethernet_core.system import System
 
 if TYPE_CHECKING:
     from builtin_interfaces.msg import Time
@@ -42,7 +42,8 @@ class ExitStatus(enum.IntEnum):
 class FlightRecord:
     """What was seen of a flight; None or empty where nothing was seen."""
 
-    mu_count: int
+    system: System
+    """What is flown."""
     seed: int
     policy: str
     commit: str = "unknown"
@@ -76,7 +77,7 @@ class FlightRecord:
     """Name of the signal that ended the mission early."""
 
     def __post_init__(self) -> None:
-        self._gate = MissionGate(Mission(self.mu_count))
+        self._gate = MissionGate(Mission(self.system.unit_count))
 
     @property
     def phase(self) -> Phase:
@@ -102,7 +103,8 @@ class FlightRecord:
         """Take over a state of the mission, where it counts; see :class:`MissionGate`."""
         if state.phase > max(Phase):
             return
-        heard = Mission(self.mu_count, phase=Phase(state.phase), sequence=state.sequence, mission_id=state.mission_id)
+        phase, count = Phase(state.phase), self.system.unit_count
+        heard = Mission(count, phase=phase, sequence=state.sequence, mission_id=state.mission_id)
         if not self._gate.take(heard) and not self._gate.is_present(heard):
             return
         self.state = state
@@ -129,14 +131,20 @@ class FlightRecord:
 
     @property
     def common_ns(self) -> int | None:
-        """Stamp that half of the controllers have reached [ns]: no single clock gone wrong moves it."""
+        """Stamp that half of the controllers have reached [ns]: no single clock gone wrong moves it; without units, the
+        newest stamp.
+        """
+        if not self.system.units:
+            return self.newest_ns
         stamps = sorted(nanoseconds(status.header.stamp) for status in self.statuses.values())
         return stamps[(len(stamps) - 1) // 2] if stamps else None
 
     @property
     def most_flown_s(self) -> float | None:
-        """Mission time that half of the controllers have reached: since launch [s]."""
-        if self.launch_ns is None or not self.launched or self.common_ns is None:
+        """Mission time that half of the controllers have reached, or where there are none, anything has: since launch
+        [s].
+        """
+        if self.launch_ns is None or self.common_ns is None:
             return None
         return seconds_between(self.launch_ns, self.common_ns)
 
@@ -179,7 +187,9 @@ def build(record: FlightRecord) -> dict[str, Any]:
         "messages": dict(sorted(record.messages.items())),
         "deadline_misses": late + gaps,
         "seed": record.seed,
-        "mus": record.mu_count,
+        "mus": record.system.unit_count,
+        "system": record.system.name,
+        "system_digest": record.system.digest,
         "policy": record.policy,
         "prediction": _prediction(record),
         "commit": record.commit,
@@ -293,11 +303,12 @@ def _headline(record: FlightRecord) -> str:
 def _rows(record: FlightRecord, content: dict[str, Any]) -> Iterable[tuple[str, str]]:
     final = record.final
     if final is not None:
-        need = f"{final.locked_pairs} of {final.max_locked_pairs} ({final.required_locked_pairs} needed)"
-        yield "locked pairs", need
+        if final.max_locked_pairs:
+            need = f"{final.locked_pairs} of {final.max_locked_pairs} ({final.required_locked_pairs} needed)"
+            yield "locked pairs", need
         yield "CQI", f"{content['cqi']:.3f}" if content["cqi"] is not None else "could not be measured"
         if content["cqi_all"] is not None:
-            yield "with MUs counted", f"{content['cqi_all']:.3f}"
+            yield "with units counted", f"{content['cqi_all']:.3f}"
     expected = content["prediction"]
     if expected is not None:
         likely = f"captured with {100.0 * expected['capture_probability']:.0f} %"
@@ -325,7 +336,7 @@ def _rows(record: FlightRecord, content: dict[str, Any]) -> Iterable[tuple[str, 
 
 
 def _mus(record: FlightRecord) -> range:
-    return range(1, design(record.mu_count).mu_count + 1)
+    return range(1, record.system.unit_count + 1)
 
 
 def _per_mu(record: FlightRecord, name: str) -> list[float | None]:

@@ -17,16 +17,18 @@ import yaml
 
 from tethernet_bringup.mission.supervisor_settings import SupervisorParameters
 from tethernet_bringup.nodes import ASSESSOR, MONITOR, PLANNER, RECORDER, SIM, controller, mu_of
-from tethernet_core.layout import DESIGNS, system_of
-from tethernet_core.parameters import ParameterError, build, defaults, field_types, read_yaml
+from tethernet_core.parameters import ParameterError, build, defaults, field_types, moved, read_yaml
 from tethernet_core.settings import ControlParameters, MissionParameters
 from tethernet_core.shown import SHORT, shown
+from tethernet_core.system import DescriptionError, System, load_system
 from tethernet_planner.mission_rules import check_debris_position
 from tethernet_sim.settings import ScenarioParameters
 
 ALL_NODES = "/**"
 IDENTITY = "mu"
-"""A controller's parameter that has no default: which MU it controls."""
+"""A controller's parameter that has no default: which unit it controls."""
+SYSTEM = "system"
+"""The parameter of all nodes that says what is flown."""
 
 _SCENARIO_FLAGS = {
     "debris_position": "debris",
@@ -48,6 +50,8 @@ class MissionParametersError(ValueError):
 class MissionSetup:
     """One mission's parameters, complete and checked."""
 
+    system: System
+    """What is flown."""
     scenario: ScenarioParameters
     policy: str
     """The policy that chooses the aiming points: a name, or the absolute path of its file."""
@@ -56,17 +60,12 @@ class MissionSetup:
     simulated: bool
     """Whether the simulator runs."""
     external: tuple[int, ...]
-    """MUs with a driver of their own."""
+    """Units with a driver of their own."""
     supervisor: SupervisorParameters
     control: ControlParameters
     """The rhythm of control, the same for all nodes."""
     nodes: Values
     """What each node gets."""
-
-    @property
-    def mu_count(self) -> int:
-        """4 or 8."""
-        return self.scenario.mu_count
 
     @property
     def patience(self) -> SupervisorParameters:
@@ -86,10 +85,16 @@ class MissionSetup:
         planner = self.nodes[PLANNER]
         return planner["launch_delay_s"] + planner["give_up_s"] + planner["capture_duration_s"]
 
-    def recorded_in(self, bag: Path, run_info: Path) -> MissionSetup:
-        """The same mission, recorded in this folder with the facts from this JSON file."""
-        recorder = {**self.nodes[RECORDER], "output": str(bag), "run_info": str(run_info)}
-        return dataclasses.replace(self, nodes={**self.nodes, RECORDER: recorder})
+    def recorded_in(self, bag: Path, run_info: Path, description: Path) -> MissionSetup:
+        """The same mission, recorded in this folder with the facts from this JSON file; all nodes read what is flown
+        from this description.
+        """
+        nodes = {
+            node: {**values, SYSTEM: str(description)} if node != MONITOR else values
+            for node, values in self.nodes.items()
+        }
+        nodes[RECORDER] |= {"output": str(bag), "run_info": str(run_info)}
+        return dataclasses.replace(self, nodes=nodes)
 
     def yaml(self) -> str:
         """A ROS 2 parameter file with all of it, fit for the nodes and for ``--params``."""
@@ -110,44 +115,55 @@ def resolve(options: argparse.Namespace) -> MissionSetup:
     """
     given = _read(options.params) if options.params is not None else {}
     simulated = not options.no_sim
-    mu_count = _mu_count(options, given)
-    classes = node_classes(mu_count, simulated)
+    system = _system(options, given)
+    if options.no_sim and not system.units:
+        raise MissionParametersError(
+            f"--no-sim: system {system.name} has no units, so nothing real would fly; allowed: a system with units"
+        )
+    classes = node_classes(system, simulated)
     values: Values = {
         node: {k: v for cls in kinds for k, v in defaults(cls).items()} for node, kinds in classes.items()
     }
-    sources = _apply_file(values, given, options, mu_count)
-    _apply_flags(values, options, mu_count, sources)
+    sources = _apply_system(values, classes, system)
+    _apply_file(values, given, options, system, sources)
+    _apply_flags(values, options, system, sources)
+    _choose_models(values, system, sources, options.notices)
     built = {node: _build(node, kinds, values[node], sources) for node, kinds in classes.items()}
     _check_shared(values)
-    _check_recording(values[RECORDER]["extra_topics"], mu_count, sources)
+    _check_recording(values[RECORDER]["extra_topics"], system, sources)
     _check_flight_time(built, sources)
-    models = _check_models(values, mu_count, sources)
+    models = _check_models(values, system, sources)
     scenario = next(instance for instance in built[SIM] if isinstance(instance, ScenarioParameters))
     rules = next(instance for instance in built[PLANNER] if isinstance(instance, MissionParameters))
-    _check_physics(built[SIM])
+    _check_physics(built[SIM], system, sources)
+    try:
+        external = scenario.external_units(system)
+    except ParameterError as error:
+        raise MissionParametersError(f"{sources.get((SIM, 'external_mus'), '')}{error}") from error
     try:
         check_debris_position(scenario.debris_position, rules)
     except ValueError as error:
         raise MissionParametersError(f"{sources.get((SIM, 'debris_position'), '')}{error}") from error
-    for mu in range(1, mu_count + 1):
-        values[controller(mu)] = {IDENTITY: mu, **values[controller(mu)]}
+    for mu in range(1, system.unit_count + 1):
+        values[controller(mu)] = {IDENTITY: mu, SYSTEM: values[SIM][SYSTEM], **values[controller(mu)]}
     return MissionSetup(
+        system=system,
         scenario=scenario,
         policy=values[PLANNER]["policy"],
         models=models,
         simulated=simulated,
-        external=tuple(range(1, mu_count + 1)) if not simulated else scenario.external,
+        external=tuple(range(1, system.unit_count + 1)) if not simulated else external,
         supervisor=built[MONITOR][0],
         control=next(instance for instance in built[PLANNER] if isinstance(instance, ControlParameters)),
         nodes={node: _typed(classes[node], node_values) for node, node_values in values.items()},
     )
 
 
-def node_classes(mu_count: int, simulated: bool = True) -> dict[str, tuple[type, ...]]:
-    """The parameter classes of each node; a controller has its number besides.
+def node_classes(system: System, simulated: bool = True) -> dict[str, tuple[type, ...]]:
+    """The parameter classes of each node; a controller has its number and its system besides.
 
     Args:
-        mu_count: 4 or 8.
+        system: that is flown: one controller for each unit.
         simulated: whether the simulator runs; its scenario is checked in any case, because it says where the debris is.
     """
     from tethernet_bringup.recorder.settings import RecorderParameters
@@ -156,7 +172,7 @@ def node_classes(mu_count: int, simulated: bool = True) -> dict[str, tuple[type,
 
     return {
         SIM: (ScenarioParameters, SimNodeParameters, PhysicsParameters, ControlParameters),
-        **{controller(mu): (ControlParameters,) for mu in range(1, mu_count + 1)},
+        **{controller(mu): (ControlParameters,) for mu in range(1, system.unit_count + 1)},
         PLANNER: (PlannerParameters, MissionParameters, ControlParameters),
         ASSESSOR: (AssessorParameters, ControlParameters),
         RECORDER: (RecorderParameters,),
@@ -173,47 +189,90 @@ def _read(path: str) -> Values:
         raise MissionParametersError(f"--params: {error}") from error
 
 
-def _mu_count(options: argparse.Namespace, given: Values) -> int:
-    if options.mus is not None:
-        return options.mus
-    mu_count = given.get(SIM, {}).get(
-        "mu_count", given.get(ALL_NODES, {}).get("mu_count", defaults(ScenarioParameters)["mu_count"])
-    )
-    if isinstance(mu_count, bool) or not isinstance(mu_count, int) or mu_count not in DESIGNS:
-        raise MissionParametersError(
-            f"--params {shown(options.params)}: mu_count = {shown(repr(mu_count), SHORT)}: no such design; "
-            "allowed: 4 or 8"
-        )
-    return mu_count
+def _system(options: argparse.Namespace, given: Values) -> System:
+    """What is flown: as the flag says, else the parameter file, else the default scenario."""
+    if options.system is not None:
+        source, word = f"--system {shown(options.system, SHORT)}: ", options.system
+    else:
+        named = {node: values[SYSTEM] for node, values in given.items() if SYSTEM in values}
+        if len(set(map(repr, named.values()))) > 1:
+            raise MissionParametersError(
+                f"--params {shown(options.params)}: several systems: "
+                + ", ".join(f"{shown(repr(word), SHORT)} for {node}" for node, word in named.items())
+                + f"; allowed: one for all, give it under {ALL_NODES}"
+            )
+        source = f"--params {shown(options.params)}: {next(iter(named))}: {SYSTEM}: " if named else ""
+        word = next(iter(named.values()), defaults(ScenarioParameters)[SYSTEM])
+    try:
+        return load_system(word)
+    except DescriptionError as error:
+        raise MissionParametersError(f"{source}{error}") from error
+
+
+def _apply_system(values: Values, classes: Mapping[str, Sequence[type]], system: System) -> dict[tuple[str, str], str]:
+    """Put in the parameters that the system is flown with; return where each came from."""
+    from tethernet_sim.settings import PhysicsParameters
+
+    subsystems = {
+        "control": ControlParameters, "mission": MissionParameters, "physics": PhysicsParameters,
+        "scenario": ScenarioParameters,
+    }  # fmt: skip
+    sources: dict[tuple[str, str], str] = {}
+    for section, parameters in system.parameters.items():
+        kind = subsystems[section]
+        place = f"system {system.name}: parameters.{section}: "
+        for key, value in parameters.items():
+            if key not in field_types(kind) or key == SYSTEM:
+                allowed = ", ".join(sorted(set(field_types(kind)) - {SYSTEM}))
+                raise MissionParametersError(f"{place}no parameter {shown(repr(key), SHORT)}; it has: {allowed}")
+            for node, kinds in classes.items():
+                if kind in kinds:
+                    values[node][key] = value
+                    sources[node, key] = place
+    return sources
 
 
 def _apply_file(
-    values: Values, given: Values, options: argparse.Namespace, mu_count: int
-) -> dict[tuple[str, str], str]:
-    """Put the file's values in; return where each came from."""
-    sources: dict[tuple[str, str], str] = {}
+    values: Values,
+    given: Values,
+    options: argparse.Namespace,
+    system: System,
+    sources: dict[tuple[str, str], str],
+) -> None:
+    """Put the file's values in, and where each came from."""
     file = f"--params {shown(options.params)}"
     for node in sorted(given, key=lambda name: name != ALL_NODES):
         if node != ALL_NODES and node not in values:
-            hint = f" (--mus {mu_count})" if mu_of(node) else ""
+            hint = f" (system {system.name} has {system.unit_count} units)" if mu_of(node) else ""
             raise MissionParametersError(
                 f"{file}: no node {node!r} in this mission{hint}; there are: {', '.join(values)}, and {ALL_NODES}"
             )
         for key, value in given[node].items():
+            if key == SYSTEM:
+                continue  # read before all others
             if key == IDENTITY and mu_of(node):
                 _check_identity(file, node, value)
                 continue
             takers = [name for name in values if key in values[name]] if node == ALL_NODES else [node]
-            if not takers:
-                raise MissionParametersError(f"{file}: no node has a parameter {key!r}")
-            if key not in values[takers[0]]:
-                raise MissionParametersError(
-                    f"{file}: {node} has no parameter {key!r}; it has: {', '.join(sorted(values[node]))}"
-                )
+            if not takers or key not in values[takers[0]]:
+                raise MissionParametersError(f"{file}: {_unknown(node, key, values)}")
             for taker in takers:
                 values[taker][key] = value
                 sources[taker, key] = f"{file}: {node}: "
-    return sources
+
+
+def _unknown(node: str, key: str, values: Values) -> str:
+    """Why there is no such parameter: hardware is described, not a parameter."""
+    if key == "mu_count":
+        return f"no node has a parameter {key!r} any more: how many units there are follows from {SYSTEM}"
+    if (entry := moved(key)) is not None:
+        return (
+            f"no node has a parameter {key!r} any more: it is {entry} of the system's description; "
+            "fly a description of your own with --system FILE, such as one that is based_on a shipped one"
+        )
+    if node == ALL_NODES:
+        return f"no node has a parameter {key!r}"
+    return f"{node} has no parameter {key!r}; it has: {', '.join(sorted(values[node]))}"
 
 
 def _check_identity(file: str, node: str, value: Any) -> None:
@@ -222,8 +281,9 @@ def _check_identity(file: str, node: str, value: Any) -> None:
 
 
 def _apply_flags(
-    values: Values, options: argparse.Namespace, mu_count: int, sources: dict[tuple[str, str], str]
+    values: Values, options: argparse.Namespace, system: System, sources: dict[tuple[str, str], str]
 ) -> None:
+    mu_count = system.unit_count
     scenario = values[SIM]
     for key, name in _SCENARIO_FLAGS.items():
         flag = getattr(options, name)
@@ -233,7 +293,10 @@ def _apply_flags(
     if options.external_mu:
         too_large = [mu for mu in options.external_mu if mu > mu_count]
         if too_large:
-            raise MissionParametersError(f"--external-mu {too_large[0]}: out of range; allowed: 1 to {mu_count}")
+            allowed = f"1 to {mu_count}" if mu_count else "none"
+            raise MissionParametersError(
+                f"--external-mu {too_large[0]}: system {system.name} has {mu_count} units; allowed: {allowed}"
+            )
         scenario["external_mus"] = " ".join(map(str, options.external_mu))
     if options.no_sim:
         scenario["external_mus"] = " ".join(str(mu) for mu in range(1, mu_count + 1))
@@ -241,10 +304,9 @@ def _apply_flags(
             raise MissionParametersError(
                 f"pace {scenario['pace']!r} with --no-sim: no simulator waits; allowed: realtime"
             )
-    scenario["mu_count"] = mu_count
     # What several nodes must know is said once, by the scenario, and handed to all that ask for it.
     shared = {
-        "mu_count": mu_count,
+        SYSTEM: system.name if options.system is None else options.system,
         "seed": scenario["seed"],
         "pace": scenario["pace"],
         "external_mus": scenario["external_mus"],
@@ -274,16 +336,38 @@ def _build(
     return built
 
 
-def _check_recording(extra_topics: str, mu_count: int, sources: Mapping[tuple[str, str], str]) -> None:
+def _check_recording(extra_topics: str, system: System, sources: Mapping[tuple[str, str], str]) -> None:
     from tethernet_bringup.recorder.recorded_topics import wanted_topics
 
     try:
-        wanted_topics(mu_count, extra_topics)
+        wanted_topics(system.unit_count, extra_topics)
     except ParameterError as error:
         raise MissionParametersError(f"{sources.get((RECORDER, 'extra_topics'), RECORDER + ': ')}{error}") from error
 
 
-def _check_models(values: Values, mu_count: int, sources: Mapping[tuple[str, str], str]) -> dict[str, str]:
+def _choose_models(values: Values, system: System, sources: Mapping[tuple[str, str], str], notices: list[str]) -> None:
+    """Where no trained model is shipped for the system and none was asked for, fly without."""
+    from tethernet_planner import policies
+    from tethernet_planner import predictors as prediction
+
+    for node, key, shipped, without, what in (
+        (PLANNER, "policy", policies.RL, policies.NOMINAL, "the nominal aiming points are flown to"),
+        (ASSESSOR, "predictor", prediction.SURROGATE, prediction.NONE, "nothing predicts the outcome"),
+    ):
+        if values[node][key] == shipped and (node, key) not in sources and not _is_shipped(key, system):
+            values[node][key] = without
+            if key == "predictor" or system.units:
+                notices.append(f"no {key} is shipped for system {system.name}: {what}")
+
+
+def _is_shipped(key: str, system: System) -> bool:
+    from tethernet_planner.inference import shipped_models
+
+    kind = {"policy": shipped_models.POLICY, "predictor": shipped_models.SURROGATE}[key]
+    return system.name == f"zenit_{system.unit_count}mu" and shipped_models.place(kind, system.unit_count).is_file()
+
+
+def _check_models(values: Values, system: System, sources: Mapping[tuple[str, str], str]) -> dict[str, str]:
     """Load what is trained once, before anything starts; returns the hashes of their files.
 
     Paths become absolute: the nodes need not run in this folder, and the mission may be flown again from another one.
@@ -292,33 +376,34 @@ def _check_models(values: Values, mu_count: int, sources: Mapping[tuple[str, str
     from tethernet_planner import predictors as prediction
     from tethernet_planner.inference import shipped_models
 
-    hashes = {}
-    system = system_of(mu_count)
-    named = values[PLANNER]["policy"]
+    hashes: dict[str, str | None] = {}
+    policy, predictor = values[PLANNER]["policy"], values[ASSESSOR]["predictor"]
     try:
-        policies.check(named, system)
-        hashes["policy"] = policies.fingerprint(named, system)
+        policies.check(policy, system)
+        hashes["policy"] = policies.fingerprint(policy, system)
     except policies.PolicyError as error:
         raise MissionParametersError(f"{sources.get((PLANNER, 'policy'), PLANNER + ': ')}{error}") from error
-    values[PLANNER]["policy"] = shipped_models.absolute(named)
-    named = values[ASSESSOR]["predictor"]
     try:
-        prediction.make(named, mu_count)
-        hashes["predictor"] = prediction.fingerprint(named, mu_count)
+        prediction.make(predictor, system.unit_count)
+        hashes["predictor"] = prediction.fingerprint(predictor, system.unit_count)
     except prediction.PredictorError as error:
         raise MissionParametersError(f"{sources.get((ASSESSOR, 'predictor'), ASSESSOR + ': ')}{error}") from error
-    values[ASSESSOR]["predictor"] = shipped_models.absolute(named)
+    values[PLANNER]["policy"] = shipped_models.absolute(policy)
+    values[ASSESSOR]["predictor"] = shipped_models.absolute(predictor)
     return {key: value for key, value in hashes.items() if value}
 
 
-def _check_physics(built: Sequence[Any]) -> None:
+def _check_physics(built: Sequence[Any], system: System, sources: Mapping[tuple[str, str], str]) -> None:
     from tethernet_sim.settings import PhysicsParameters, check_together
+    from tethernet_sim.stability import check_stable
 
     of_kind = {type(instance): instance for instance in built}
+    physics = of_kind[PhysicsParameters]
     try:
-        check_together(*(of_kind[kind] for kind in (PhysicsParameters, ControlParameters)))
+        check_together(physics, of_kind[ControlParameters])
+        check_stable(system, physics)
     except ParameterError as error:
-        raise MissionParametersError(f"{SIM}: {error}") from error
+        raise MissionParametersError(f"{sources.get((SIM, 'time_step_s'), f'{SIM}: ')}{error}") from error
 
 
 def _check_shared(values: Values) -> None:

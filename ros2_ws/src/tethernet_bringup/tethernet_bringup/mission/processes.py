@@ -30,7 +30,7 @@ def mission_processes(setup: MissionSetup, folder: RunFolder) -> tuple[NodeProce
     ]
     # In lock-step a slow machine halts the mission's time too: no reason for a controller to think its odometry lost.
     factor = 20.0 if setup.scenario.pace == "lockstep" else 1.0
-    for mu in range(1, setup.mu_count + 1):
+    for mu in range(1, setup.system.unit_count + 1):
         name = controller(mu)
         processes.append(
             NodeProcess(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import datetime
 import os
+import re
 import shutil
 import traceback
 from dataclasses import dataclass
@@ -14,6 +15,8 @@ from tethernet_core.shown import shown
 
 ROOMY_BYTES = 200_000_000
 """Less free space than this is worth a warning: a recording takes some tens of megabytes."""
+_LONGEST_NAME = 60
+"""[characters] of a system's name in that of a folder."""
 
 
 class RunFolderError(Exception):
@@ -45,6 +48,11 @@ class RunFolder:
         return self.path / "parameters.yaml"
 
     @property
+    def system(self) -> Path:
+        """The complete description of the system that is flown; fit for ``--system``."""
+        return self.path / "system.yaml"
+
+    @property
     def run_info(self) -> Path:
         """Facts about the run as JSON, for the recording."""
         return self.path / "run_info.json"
@@ -57,14 +65,19 @@ class RunFolder:
         return f"only {free / 1e6:.0f} MB are free under {self.path}; a recording takes some tens of MB"
 
 
-def make_run_folder(output: str, mu_count: int, seed: int) -> RunFolder:
-    """Make a new folder ``output/<UTC time>_<MUs>mu_seed<seed>``.
+def make_run_folder(output: str, system: str, seed: int) -> RunFolder:
+    """Make a new folder ``output/<UTC time>_<system>_seed<seed>``.
+
+    Args:
+        output: the folder for all runs.
+        system: name of the system; what a folder's name should not have becomes an underscore.
+        seed: of the sensor noise.
 
     Raises:
         RunFolderError: when it cannot be made.
     """
     now = datetime.datetime.now(datetime.UTC)
-    stem = f"{now:%Y%m%dT%H%M%SZ}_{mu_count}mu_seed{seed}"
+    stem = f"{now:%Y%m%dT%H%M%SZ}_{_plain(system)}_seed{seed}"
     parent = Path(output).expanduser().absolute()
     if not _is_utf8(parent):
         refusal = RunFolderError(
@@ -91,6 +104,10 @@ def make_run_folder(output: str, mu_count: int, seed: int) -> RunFolder:
         refusal.usage = is_bad_name(error)
         raise refusal from error
     raise RunFolderError(f"--output {shown(output)}: a thousand runs named {stem} are there already")
+
+
+def _plain(name: str) -> str:
+    return re.sub(r"[^\w.-]", "_", name, flags=re.ASCII)[:_LONGEST_NAME].lstrip(".") or "system"
 
 
 def _is_utf8(path: Path) -> bool:

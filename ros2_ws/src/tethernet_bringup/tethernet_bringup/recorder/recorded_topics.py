@@ -7,7 +7,6 @@ from dataclasses import dataclass
 
 from tethernet_bringup.bags.errors import BagError
 from tethernet_bringup.bags.message_definitions import installed_type
-from tethernet_core.layout import design
 from tethernet_core.parameters import ParameterError
 from tethernet_core.shown import SHORT, shown
 from tethernet_ros import topics
@@ -39,10 +38,7 @@ def mission_topics(mu_count: int) -> list[RecordedTopic]:
     """All topics of a mission.
 
     Args:
-        mu_count: 4 or 8.
-
-    Raises:
-        ValueError: for an unknown design.
+        mu_count: number of units; each has three topics of its own.
     """
     result = [
         RecordedTopic(topics.CLOCK, "rosgraph_msgs/msg/Clock", tells_time=True),
@@ -59,7 +55,7 @@ def mission_topics(mu_count: int) -> list[RecordedTopic]:
             topics.CAPTURE_ASSESSMENT, "tethernet_msgs/msg/CaptureAssessment", latched=True, depth=_STATE_DEPTH
         ),
     ]
-    for mu in range(1, design(mu_count).mu_count + 1):
+    for mu in range(1, mu_count + 1):
         result += (
             RecordedTopic(topics.mu_odometry(mu), "nav_msgs/msg/Odometry", tells_time=True),
             RecordedTopic(topics.mu_thrust(mu), "geometry_msgs/msg/WrenchStamped"),
@@ -72,16 +68,13 @@ def wanted_topics(mu_count: int, extra: str) -> list[RecordedTopic]:
     """All topics to record; every type is installed.
 
     Args:
-        mu_count: 4 or 8.
+        mu_count: number of units.
         extra: see :func:`extra_topics`.
 
     Raises:
         ParameterError: naming the topic that cannot be recorded, and why.
     """
-    try:
-        topics_ = mission_topics(mu_count) + extra_topics(extra)
-    except ValueError as error:
-        raise ParameterError(str(error)) from error
+    topics_ = mission_topics(mu_count) + extra_topics(extra)
     known: set[str] = set()
     for topic in topics_:
         if topic.name in known:

@@ -2,8 +2,8 @@
 
 ::
 
-    python -m tethernet_bringup.recorder.recorder_node --ros-args -p output:=RUN/bag -p mu_count:=8 -p
-    run_info:=RUN/run_info.json
+    python -m tethernet_bringup.recorder.recorder_node --ros-args -p output:=RUN/bag -p system:=zenit_8mu
+    -p run_info:=RUN/run_info.json
 
 It ends with SIGINT or SIGTERM: it goes on until nothing has come for a moment, then closes the bag; a second signal
 makes it close at once. Beside the bag it leaves ``recorder.json`` with the messages of each topic and what was lost.
@@ -54,6 +54,7 @@ from tethernet_bringup.recorder.settings import RecorderParameters
 from tethernet_bringup.recorder.timeline import StampReader, Timeline
 from tethernet_core.atomic_file import write_text
 from tethernet_core.parameters import ParameterError
+from tethernet_core.system import load_system
 from tethernet_ros import any_quality, qos, topics
 from tethernet_ros.executor import FAULT, STOPPED, USAGE, bound_the_end
 from tethernet_ros.parameters import NODE_OPTIONS, declare
@@ -273,7 +274,7 @@ class Recorder(Node):
 
 def _sources(settings: RecorderParameters) -> list[_Source]:
     sources: dict[str, _Source] = {}
-    for topic in wanted_topics(settings.mu_count, settings.extra_topics):
+    for topic in wanted_topics(load_system(settings.system).unit_count, settings.extra_topics):
         try:
             kind = installed_type(topic.type_name)
             package, _, short = topic.type_name.split("/")

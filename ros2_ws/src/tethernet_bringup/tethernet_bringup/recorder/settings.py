@@ -16,7 +16,9 @@ class RecorderParameters:
     FILE: ClassVar[Path] = Path(__file__).parent / "config" / "recorder.yaml"
 
     output: str = parameter("Folder of the bag; made by the recorder, nothing is ever written over")
-    mu_count: int = parameter("MUs of the mission, 4 or 8: their topics are recorded", low=4, high=8)
+    system: str = parameter(
+        "What is flown: name of a shipped system, or path of a description; the topics of its units are recorded"
+    )
     run_info: str = parameter(
         "JSON file with facts about the run (seed, commit, parameters, model hashes) for the bag. Empty for none"
     )

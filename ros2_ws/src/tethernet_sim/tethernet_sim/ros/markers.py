@@ -1,94 +1,129 @@
-"""Pictures of the world for RViz."""
+"""Pictures of the world for RViz: whatever net, units, debris and chaser the system has."""
 
 from __future__ import annotations
-
-from collections.abc import Sequence
 
 import numpy as np
 from geometry_msgs.msg import Point
 from std_msgs.msg import ColorRGBA
 from visualization_msgs.msg import Marker, MarkerArray
 
-from tethernet_core.layout import KNOT_ROWS
+from tethernet_core.rotation import matrix
+from tethernet_core.system import System
 from tethernet_ros import topics
-from tethernet_ros.conversions import set_stamp
-from tethernet_sim.ros.messages import set_quaternion, set_xyz
+from tethernet_ros.template import Template
 from tethernet_sim.state import ATTITUDE, CHASER, DEBRIS, POSITION
 from tethernet_sim.world import World
 
-_NET = (0.15, 0.45, 0.85, 1.0)
-_MU = (0.9, 0.35, 0.1, 1.0)
-_DEBRIS = (0.6, 0.6, 0.6, 0.8)
-_CHASER = (0.85, 0.7, 0.2, 0.9)
+Color = tuple[float, float, float, float]
 
-
-def serpentine() -> tuple[np.ndarray, np.ndarray]:
-    """Knot numbers along the rows and along the columns, turning at every end: two lines that draw all threads."""
-    index = np.arange(KNOT_ROWS * KNOT_ROWS).reshape(KNOT_ROWS, KNOT_ROWS)
-    rows, columns = index.copy(), index.T.copy()
-    rows[1::2] = rows[1::2, ::-1]
-    columns[1::2] = columns[1::2, ::-1]
-    return rows.ravel(), columns.ravel()
+_NET: Color = (0.15, 0.45, 0.85, 1.0)
+_UNIT: Color = (0.9, 0.35, 0.1, 1.0)
+_MASS: Color = (0.5, 0.25, 0.6, 1.0)
+_DEBRIS: Color = (0.6, 0.6, 0.6, 0.8)
+_CHASER: Color = (0.85, 0.7, 0.2, 0.9)
+_LINE_SHARE, _SEEN_SHARE = 0.0014, 0.018
+"""Width of a line, and of what would be too small to be seen, in widths of the flat net."""
 
 
 class Markers:
-    """Net, MUs, debris, chaser and main tether."""
+    """Net, units, masses, debris, chaser and main tether; particles are numbered nodes first, then units."""
 
-    def __init__(self, world: World):
-        mus = len(world.model.arrays.mu_knot)
-        # The markers share the Point objects: one write moves a knot in all of them.
-        self._knots = [Point() for _ in range(KNOT_ROWS * KNOT_ROWS)]
-        self._mus = [Point() for _ in range(mus)]
-        self._anchor = Point()
-        rows, columns = serpentine()
-        radius, half_length = world.system.debris.shape.numbers.tolist()
-        side = world.system.chaser.side_m
-        threads = [
-            end
-            for mu, knot in zip(self._mus, world.model.arrays.mu_knot, strict=True)
-            for end in (mu, self._knots[knot])
+    def __init__(self, system: System):
+        """Args:
+        system: that is flown.
+        """
+        net = system.net
+        self._anchor = system.particle_count
+        """Index of the main tether's end at the chaser, behind all particles."""
+        markers, drawn = _drawn(system, self._anchor)
+        template = self._template = Template(MarkerArray(markers=markers))
+        self._points = [
+            (template.doubles(f"markers[{i}].points[0].x", 3 * len(indices)).reshape(-1, 3), indices)
+            for i, indices in enumerate(drawn)
+            if len(indices)
         ]
-        cylinder = _marker("debris", Marker.CYLINDER, _DEBRIS, 2.0 * radius, 2.0 * half_length)
-        cube = _marker("chaser", Marker.CUBE, _CHASER, side, side)
-        self.message = MarkerArray(
-            markers=[
-                _line("rows", Marker.LINE_STRIP, _NET, [self._knots[i] for i in rows]),
-                _line("columns", Marker.LINE_STRIP, _NET, [self._knots[i] for i in columns]),
-                _line("mu_threads", Marker.LINE_LIST, _MU, threads),
-                _line("tether", Marker.LINE_LIST, _CHASER, [self._anchor, self._knots[world.system.net.center_node]]),
-                _marker("mus", Marker.CUBE_LIST, _MU, 0.4, 0.4),  # drawn larger than they are, to be seen
-                cylinder,
-                cube,
-            ]
-        )
-        self.message.markers[4].points = self._mus
-        self._bodies = ((cylinder, DEBRIS), (cube, CHASER))
+        self._places = np.zeros((self._anchor + 1, 3))
+        self._node_count = net.node_count
+        names = [marker.ns for marker in markers]
+        self._bodies = [
+            (
+                template.doubles(f"markers[{names.index(name)}].pose.position.x", 3),
+                template.doubles(f"markers[{names.index(name)}].pose.orientation.x", 4),
+                body,
+                offset,
+            )
+            for name, body, offset in (
+                ("debris", DEBRIS, -system.debris.center_of_mass),
+                ("chaser", CHASER, np.zeros(3)),
+            )
+        ]
 
-    def fill(self, stamp_ns: int, world: World) -> MarkerArray:
+    def fill(self, stamp_ns: int, world: World) -> Template:
         """The pictures of the present state."""
-        state = world.state
-        for points, places in ((self._knots, state.knot_pos[0].T.tolist()), (self._mus, state.mu_pos[0].tolist())):
-            for point, (x, y, z) in zip(points, places, strict=True):
-                point.x, point.y, point.z = x, y, z
-        set_xyz(self._anchor, world.tether_anchor(0))
-        for marker, body in self._bodies:
-            set_xyz(marker.pose.position, state.bodies[0, body, POSITION].tolist())
-            set_quaternion(marker.pose.orientation, state.bodies[0, body, ATTITUDE].tolist())
-        for marker in self.message.markers:
-            set_stamp(marker.header.stamp, stamp_ns)
-        return self.message
+        state, places = world.state, self._places
+        places[: self._node_count] = state.knot_pos[0].T
+        places[self._node_count : self._anchor] = state.mu_pos[0]
+        places[self._anchor] = world.tether_anchor(0)
+        for points, indices in self._points:
+            points[:] = places[indices]
+        for position, orientation, body, offset in self._bodies:
+            attitude = state.bodies[0, body, ATTITUDE]
+            position[:] = state.bodies[0, body, POSITION] + matrix(attitude) @ offset
+            orientation[:] = attitude
+        self._template.stamp(stamp_ns)
+        return self._template
 
 
-def _marker(name: str, kind: int, color: Sequence[float], width: float, height: float) -> Marker:
+def _drawn(system: System, anchor: int) -> tuple[list[Marker], list[np.ndarray]]:
+    """All markers, and for each one the particles that its points are; none where its points stay as they are."""
+    net, nodes = system.net, system.net.node_count
+    width = float(np.ptp(net.nodes, axis=0).max())
+    line, seen = _LINE_SHARE * width, _SEEN_SHARE * width
+    side = system.chaser.side_m
+    still = np.zeros(0, int)
+    result = [
+        (_line("net", _NET, line), net.threads.ravel()),
+        (surface("debris", system), still),
+        (_marker("chaser", Marker.CUBE, _CHASER, side, side, side), still),
+    ]
+    if system.units:
+        hang = [number for m, unit in enumerate(system.units) for number in (nodes + m, unit.node)]
+        result.append((_line("unit_threads", _UNIT, line), np.array(hang)))
+    boxes: dict[tuple[float, ...], list[int]] = {}
+    for m, unit in enumerate(system.units):
+        boxes.setdefault(unit.box_m, []).append(nodes + m)
+    for number, (box, units) in enumerate(boxes.items()):
+        larger = max(1.0, seen / max(box))
+        name = "units" if len(boxes) == 1 else f"units{number}"
+        scale = tuple(larger * length for length in box)
+        result.append((_marker(name, Marker.CUBE_LIST, _UNIT, *scale), np.array(units)))
+    if net.point_masses:
+        masses = np.array([mass.node for mass in net.point_masses])
+        result.append((_marker("masses", Marker.SPHERE_LIST, _MASS, seen, seen, seen), masses))
+    if system.tether.stiffness_n_m > 0.0:
+        result.append((_line("tether", _CHASER, line), np.array([anchor, net.center_node])))
+    for marker, particles in result:
+        if len(particles):
+            marker.points = [Point() for _ in particles]
+    return [marker for marker, _ in result], [particles for _, particles in result]
+
+
+def surface(name: str, system: System) -> Marker:
+    """The debris' surface as triangles, in the frame of its shape."""
+    vertices, faces = system.debris.shape.triangles()
+    marker = _marker(name, Marker.TRIANGLE_LIST, _DEBRIS, 1.0, 1.0, 1.0)
+    corners = [Point(x=x, y=y, z=z) for x, y, z in vertices.tolist()]
+    marker.points = [corners[corner] for corner in faces.ravel().tolist()]
+    return marker
+
+
+def _marker(name: str, kind: int, color: Color, x: float, y: float, z: float) -> Marker:
     marker = Marker(ns=name, type=kind, action=Marker.ADD)
     marker.header.frame_id = topics.FRAME
-    marker.scale.x, marker.scale.y, marker.scale.z = width, width, height
+    marker.scale.x, marker.scale.y, marker.scale.z = x, y, z
     marker.color = ColorRGBA(r=color[0], g=color[1], b=color[2], a=color[3])
     return marker
 
 
-def _line(name: str, kind: int, color: Sequence[float], points: list[Point]) -> Marker:
-    marker = _marker(name, kind, color, 0.03, 0.0)
-    marker.scale.y = 0.0  # a line has but its width, x
-    marker.points = points
-    return marker
+def _line(name: str, color: Color, width: float) -> Marker:
+    return _marker(name, Marker.LINE_LIST, color, width, 0.0, 0.0)  # a line has but its width, x

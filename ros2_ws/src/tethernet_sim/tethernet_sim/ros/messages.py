@@ -1,53 +1,48 @@
-"""Messages that tell of the world. Each object makes its message once and fills it again at every control tick."""
+"""Messages that tell of the world. Each object serializes its message once and writes over it at every control tick."""
 
 from __future__ import annotations
 
-import array
-from collections.abc import Iterable
-
 import numpy as np
-from geometry_msgs.msg import Point, Quaternion, TransformStamped, Vector3
+from geometry_msgs.msg import TransformStamped
 from nav_msgs.msg import Odometry
+from rosgraph_msgs.msg import Clock
 from tf2_msgs.msg import TFMessage
 
-from tethernet_core.layout import KNOT_ROWS
 from tethernet_core.settings import ControlParameters
+from tethernet_core.system import System
 from tethernet_msgs.msg import NetState
 from tethernet_ros import topics
-from tethernet_ros.conversions import set_stamp
+from tethernet_ros.template import Template
 from tethernet_sim.state import ATTITUDE, CHASER, DEBRIS, POSITION
 from tethernet_sim.world import World
 
 UNKNOWN_VARIANCE = 1e6
-"""Variance of what is not measured: an MU's attitude [rad^2] and angular rate [rad^2/s^2]."""
+"""Variance of what is not measured: a unit's attitude [rad^2] and angular rate [rad^2/s^2]."""
 
 
-def set_xyz(target: Point | Vector3, values: Iterable[float]) -> None:
-    """Write three Python floats into a Point or Vector3."""
-    target.x, target.y, target.z = values
-
-
-def set_quaternion(target: Quaternion, values: Iterable[float]) -> None:
-    """Write x y z w, Python floats, into a Quaternion."""
-    target.x, target.y, target.z, target.w = values
-
-
-class MuOdometry:
-    """An MU's measured position and velocity."""
+class UnitOdometry:
+    """A unit's measured position and velocity."""
 
     def __init__(self, mu: int, control: ControlParameters):
-        self.message = Odometry()
-        self.message.header.frame_id = topics.FRAME
-        self.message.child_frame_id = topics.mu_frame(mu)
-        self.message.pose.covariance[:] = _diagonal(control.position_sigma_m**2, UNKNOWN_VARIANCE)
-        self.message.twist.covariance[:] = _diagonal(control.velocity_sigma_m_s**2, UNKNOWN_VARIANCE)
+        """Args:
+        mu: number of the unit.
+        control: says how exactly they are measured.
+        """
+        message = Odometry()
+        message.header.frame_id = topics.FRAME
+        message.child_frame_id = topics.mu_frame(mu)
+        message.pose.covariance[:] = _diagonal(control.position_sigma_m**2, UNKNOWN_VARIANCE)
+        message.twist.covariance[:] = _diagonal(control.velocity_sigma_m_s**2, UNKNOWN_VARIANCE)
+        self._template = Template(message)
+        self._position = self._template.doubles("pose.pose.position.x", 3)
+        self._velocity = self._template.doubles("twist.twist.linear.x", 3)
 
-    def fill(self, stamp_ns: int, position: Iterable[float], velocity: Iterable[float]) -> Odometry:
+    def fill(self, stamp_ns: int, position: np.ndarray, velocity: np.ndarray) -> Template:
         """The message for a measured position [m] and velocity [m/s]; the child's axes are those of frame launch."""
-        set_stamp(self.message.header.stamp, stamp_ns)
-        set_xyz(self.message.pose.pose.position, position)
-        set_xyz(self.message.twist.twist.linear, velocity)
-        return self.message
+        self._template.stamp(stamp_ns)
+        self._position[:] = position
+        self._velocity[:] = velocity
+        return self._template
 
 
 class BodyOdometry:
@@ -59,69 +54,101 @@ class BodyOdometry:
         frame: its child frame.
         """
         self._body = body
-        self.message = Odometry()
-        self.message.header.frame_id = topics.FRAME
-        self.message.child_frame_id = frame
+        message = Odometry()
+        message.header.frame_id = topics.FRAME
+        message.child_frame_id = frame
+        self._template = Template(message)
+        self._pose = self._template.doubles("pose.pose.position.x", 7)
+        self._twist = self._template.doubles("twist.twist.linear.x", 6)
 
-    def fill(self, stamp_ns: int, world: World) -> Odometry:
+    def fill(self, stamp_ns: int, world: World) -> Template:
         """The message for the body's present motion; the twist is in its own frame, as nav_msgs defines it."""
         position, attitude, linear, angular = world.body_motion(0, self._body)
-        message = self.message
-        set_stamp(message.header.stamp, stamp_ns)
-        set_xyz(message.pose.pose.position, position)
-        set_quaternion(message.pose.pose.orientation, attitude)
-        set_xyz(message.twist.twist.linear, linear)
-        set_xyz(message.twist.twist.angular, angular)
-        return message
+        self._template.stamp(stamp_ns)
+        self._pose[:] = [*position, *attitude]
+        self._twist[:] = [*linear, *angular]
+        return self._template
 
 
 class NetStateMessage:
     """The whole net."""
 
-    def __init__(self) -> None:
-        self.message = NetState(rows=KNOT_ROWS, columns=KNOT_ROWS, center_of_mass_all_valid=True)
-        self.message.header.frame_id = topics.FRAME
+    def __init__(self, system: System):
+        """Args:
+        system: whose net it is.
+        """
+        net, mus, pairs = system.net, system.unit_count, system.closing.max_locked_pairs
+        rows, columns = (0, 0) if net.grid is None else (net.grid.rows, net.grid.columns)
+        message = NetState(rows=rows, columns=columns, center_of_mass_all_valid=True)
+        message.header.frame_id = topics.FRAME
+        counts = {
+            "knot_positions": 3 * net.node_count, "knot_velocities": 3 * net.node_count, "mu_positions": 3 * mus,
+            "mu_velocities": 3 * mus,
+        }  # fmt: skip
+        for name, count in counts.items():
+            setattr(message, name, [0.0] * count)
+        message.locked = [False] * pairs
+        template = self._template = Template(message)
+        self._center = template.doubles("center_of_mass.x", 3)
+        self._center_all = template.doubles("center_of_mass_all.x", 3)
+        self._knots, self._knot_velocities, self._mus, self._mu_velocities = (
+            template.floats(f"{name}[0]", count).reshape(-1, 3) for name, count in counts.items()
+        )
+        self._locked = template.flags("locked[0]", pairs)
+        self._tether = template.doubles("tether_length", 2)
 
-    def fill(self, stamp_ns: int, world: World) -> NetState:
+    def fill(self, stamp_ns: int, world: World) -> Template:
         """The message for the net's present state."""
-        message = self.message
-        set_stamp(message.header.stamp, stamp_ns)
-        set_xyz(message.center_of_mass, world.net_center(0))
-        set_xyz(message.center_of_mass_all, world.net_center_all(0))
-        # Buffers, not lists: setting long lists element by element is slow.
-        message.knot_positions = _floats(world.knots_as_published(0))
-        message.knot_velocities = _floats(world.knot_velocities_as_published(0))
-        message.mu_positions = _floats(world.mus_as_published(0))
-        message.mu_velocities = _floats(world.mu_velocities_as_published(0))
-        message.locked = world.state.locked[0].tolist()
-        message.tether_length, message.tether_tension = world.tether(0)
-        return message
+        self._template.stamp(stamp_ns)
+        self._center[:] = world.net_center(0)
+        self._center_all[:] = world.net_center_all(0)
+        self._knots[:] = world.knots_as_published(0)
+        self._knot_velocities[:] = world.knot_velocities_as_published(0)
+        self._mus[:] = world.mus_as_published(0)
+        self._mu_velocities[:] = world.mu_velocities_as_published(0)
+        self._locked[:] = world.state.locked[0]
+        self._tether[:] = world.tether(0)
+        return self._template
 
 
 class Transforms:
-    """/tf: where MUs, net centre, debris and chaser are."""
+    """/tf: where units, net centre, debris and chaser are."""
 
     def __init__(self, mu_count: int):
-        self._frames = [topics.mu_frame(mu) for mu in range(1, mu_count + 1)] + ["net", "debris", "chaser"]
-        self.message = TFMessage(transforms=[TransformStamped(child_frame_id=frame) for frame in self._frames])
-        for transform in self.message.transforms:
+        """Args:
+        mu_count: number of units.
+        """
+        frames = [topics.mu_frame(mu) for mu in range(1, mu_count + 1)] + ["net", "debris", "chaser"]
+        message = TFMessage(transforms=[TransformStamped(child_frame_id=frame) for frame in frames])
+        for transform in message.transforms:
             transform.header.frame_id = topics.FRAME
+        template = self._template = Template(message)
+        self._places = [template.doubles(f"transforms[{i}].transform.translation.x", 3) for i in range(len(frames))]
+        self._turns = [template.doubles(f"transforms[{len(frames) - 2 + i}].transform.rotation.x", 4) for i in range(2)]
 
-    def fill(self, stamp_ns: int, world: World) -> TFMessage:
+    def fill(self, stamp_ns: int, world: World) -> Template:
         """The message for the present state."""
         bodies = world.state.bodies[0]
-        places = [*world.state.mu_pos[0].tolist(), world.net_center(0), *bodies[:, POSITION].tolist()]
-        for transform, place in zip(self.message.transforms, places, strict=True):
-            set_stamp(transform.header.stamp, stamp_ns)
-            set_xyz(transform.transform.translation, place)
-        set_quaternion(self.message.transforms[-2].transform.rotation, bodies[DEBRIS, ATTITUDE].tolist())
-        set_quaternion(self.message.transforms[-1].transform.rotation, bodies[CHASER, ATTITUDE].tolist())
-        return self.message
+        self._template.stamp(stamp_ns)
+        places = (*world.state.mu_pos[0], world.net_center(0), bodies[DEBRIS, POSITION], bodies[CHASER, POSITION])
+        for view, place in zip(self._places, places, strict=True):
+            view[:] = place
+        for view, body in zip(self._turns, (DEBRIS, CHASER), strict=True):
+            view[:] = bodies[body, ATTITUDE]
+        return self._template
+
+
+class ClockMessage:
+    """/clock."""
+
+    def __init__(self) -> None:
+        self._template = Template(Clock())
+
+    def fill(self, stamp_ns: int) -> Template:
+        """The message for a time [ns]."""
+        self._template.stamp(stamp_ns)
+        return self._template
 
 
 def _diagonal(linear: float, angular: float) -> np.ndarray:
     return np.diag([linear] * 3 + [angular] * 3).ravel()
-
-
-def _floats(values: np.ndarray) -> array.array[float]:
-    return array.array("f", values.tobytes())

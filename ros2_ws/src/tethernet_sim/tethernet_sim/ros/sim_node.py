@@ -8,6 +8,7 @@ if __name__ == "__main__":
     quiet_start()
 
 import functools
+import itertools
 import signal
 import sys
 import time
@@ -23,10 +24,11 @@ from tf2_msgs.msg import TFMessage
 from visualization_msgs.msg import MarkerArray
 
 from tethernet_control import law
-from tethernet_core.layout import system_of
 from tethernet_core.mission import Mission, Phase, seconds_between
 from tethernet_core.mission_gate import MissionGate
+from tethernet_core.parameters import ParameterError, defaults, read_yaml
 from tethernet_core.settings import NANOSECOND_S, ControlParameters
+from tethernet_core.system import load_system
 from tethernet_msgs.msg import NetState, SimStatus
 from tethernet_ros import checks, diagnostics, qos, topics
 from tethernet_ros.checks import MissionNews
@@ -39,7 +41,7 @@ from tethernet_ros.well_formed import MessageError
 from tethernet_sim.latency import LatencyCount
 from tethernet_sim.lockstep import Barrier, CommandBuffer
 from tethernet_sim.ros.markers import Markers
-from tethernet_sim.ros.messages import BodyOdometry, MuOdometry, NetStateMessage, Transforms
+from tethernet_sim.ros.messages import BodyOdometry, ClockMessage, NetStateMessage, Transforms, UnitOdometry
 from tethernet_sim.sensors import OdometryNoise
 from tethernet_sim.settings import PhysicsParameters, ScenarioParameters, SimNodeParameters
 from tethernet_sim.state import CHASER, DEBRIS
@@ -64,12 +66,12 @@ class SimNode(Node):
     def __init__(self) -> None:
         super().__init__("sim", **NODE_OPTIONS)
         self.p, self.scenario, self.control, physics = declare(self, *self.PARAMETERS)
-        mus = self.scenario.mu_count
+        self.system = system = load_system(self.scenario.system)
+        mus = system.unit_count
         self.mus = range(1, mus + 1)
-        self.system = system_of(mus)
         position, attitude, rate = (values[None] for values in self._initial_debris())
-        self.world = World(self.system, position, attitude, rate, physics, self.control)
-        self.external = set(self.scenario.external)
+        self.world = World(system, position, attitude, rate, physics, self.control)
+        self.external = set(self.scenario.external_units(system))
         for mu in self.external:
             self.world.external[0, mu - 1] = True
             self.world.target_pos[0, mu - 1] = self.world.state.mu_pos[0, mu - 1]
@@ -80,7 +82,7 @@ class SimNode(Node):
         self.gate = MissionGate(Mission(mus))
         self.stamp_ns = self._first_ns = _FIRST_TICK * self.control.period_ns
         self.flying = self.finished = self._pending = False
-        self.books = {mu: CommandBuffer(self.control, self.system.units[mu - 1]) for mu in self.mus}
+        self.books = {mu: CommandBuffer(self.control, system.units[mu - 1]) for mu in self.mus}
         self.barrier = Barrier(
             frozenset([PLANNER, *map(topics.mu_frame, self.mus), *(f"{_EXTERNAL}{mu}" for mu in self.external)])
         )
@@ -132,22 +134,22 @@ class SimNode(Node):
 
     def _make_publishers(self) -> None:
         make = self._door.publish
-        self._clock_out = make(Clock, topics.CLOCK, qos.CONTROL)
-        self._odometry = {mu: MuOdometry(mu, self.control) for mu in self.mus if mu not in self.external}
+        self._time, self._clock_out = ClockMessage(), make(Clock, topics.CLOCK, qos.CONTROL)
+        self._odometry = {mu: UnitOdometry(mu, self.control) for mu in self.mus if mu not in self.external}
         self._odometry_out = {mu: make(Odometry, topics.mu_odometry(mu), qos.CONTROL) for mu in self._odometry}
         self._bodies = {
             DEBRIS: (BodyOdometry(DEBRIS, "debris"), make(Odometry, topics.DEBRIS_ODOMETRY, qos.STATE_BACKLOG)),
             CHASER: (BodyOdometry(CHASER, "chaser"), make(Odometry, topics.CHASER_ODOMETRY, qos.STATE_BACKLOG)),
         }
-        self._net, self._net_out = NetStateMessage(), make(NetState, topics.NET_STATE, qos.BULK)
+        self._net, self._net_out = NetStateMessage(self.system), make(NetState, topics.NET_STATE, qos.BULK)
         self._tf, self._tf_out = Transforms(len(self.mus)), make(TFMessage, topics.TF, qos.BULK)
-        self._markers, self._markers_out = Markers(self.world), make(MarkerArray, topics.NET_MARKERS, qos.BULK)
+        self._markers, self._markers_out = Markers(self.system), make(MarkerArray, topics.NET_MARKERS, qos.BULK)
         self._status_out = make(SimStatus, topics.SIM_STATUS, qos.STATE)
         self._diagnostics_out = make(DiagnosticArray, topics.DIAGNOSTICS, qos.BULK)
 
     def _make_subscriptions(self) -> None:
         subscribe = self._door.subscribe
-        subscribe(checks.mission_state(len(self.mus)), topics.MISSION_STATE, self._on_mission, qos.STATE)
+        subscribe(checks.mission_state(self.system), topics.MISSION_STATE, self._on_mission, qos.STATE)
         subscribe(checks.HEARTBEAT, topics.PLANNER_HEARTBEAT, self._on_heartbeat, qos.CONTROL)
         for mu in self.mus:
             take = functools.partial(self._on_thrust, mu)
@@ -228,7 +230,7 @@ class SimNode(Node):
         """One control period with the commands at hand, then tell what is measured."""
         self._publish_deferred()  # in real time, when not everybody has answered
         period = self.control.period_ns * NANOSECOND_S
-        thrust = np.array([[self.books[mu].thrust(self.stamp_ns) for mu in self.mus]])
+        thrust = np.array([self.books[mu].thrust(self.stamp_ns) for mu in self.mus]).reshape(1, -1, 3)
         for mu in self.external:
             thrust[0, mu - 1] = 0.0  # its real thrusters act on it, not on its stand-in
             # A stand-in of which nothing is heard any more drifts, and the net draws it along: drawn on after its last
@@ -237,9 +239,8 @@ class SimNode(Node):
         self.world.advance(thrust)
         c = self.control
         for m, force in enumerate(thrust[0]):
-            self.fuel[m] += law.fuel_used(
-                force, period, self.system.units[m].specific_impulse_s, c.standard_gravity_m_s2
-            )
+            impulse_s = self.system.units[m].specific_impulse_s
+            self.fuel[m] += law.fuel_used(force, period, impulse_s, c.standard_gravity_m_s2)
         self.stamp_ns += c.period_ns
         for mu in self.external:
             index = mu - 1
@@ -259,13 +260,13 @@ class SimNode(Node):
         if self.external:
             self._publish_clock(stamp_ns)
         self._publish_body(DEBRIS)
-        self._net_out.publish(self._net.fill(stamp_ns, self.world))
+        self._net_out.publish_template(self._net.fill(stamp_ns, self.world))
         noise = self.noise.draw(1)[0]
         measured = np.stack([state.mu_pos[0], state.mu_vel[0]], axis=1) + noise
-        for mu, (position, velocity) in zip(self.mus, measured.tolist(), strict=True):
+        for mu, (position, velocity) in zip(self.mus, measured, strict=True):
             self._sent_at[mu - 1] = time.perf_counter()
             if mu not in self.external:
-                self._odometry_out[mu].publish(self._odometry[mu].fill(stamp_ns, position, velocity))
+                self._odometry_out[mu].publish_template(self._odometry[mu].fill(stamp_ns, position, velocity))
         if not self.external:
             self._publish_clock(stamp_ns)
         self._pending = True
@@ -279,21 +280,19 @@ class SimNode(Node):
         self._pending = False
         stamp_ns = self.stamp_ns
         self._publish_body(CHASER)
-        self._tf_out.publish(self._tf.fill(stamp_ns, self.world))
+        self._tf_out.publish_template(self._tf.fill(stamp_ns, self.world))
         tick = self._flown_ns // self.control.period_ns
         if tick % self.p.markers_every == 0:
-            self._markers_out.publish(self._markers.fill(stamp_ns, self.world))
+            self._markers_out.publish_template(self._markers.fill(stamp_ns, self.world))
         if tick % self.p.sim_status_every == 0:
             self._publish_status()
 
     def _publish_clock(self, stamp_ns: int) -> None:
-        clock = Clock()
-        set_stamp(clock.clock, stamp_ns)
-        self._clock_out.publish(clock)
+        self._clock_out.publish_template(self._time.fill(stamp_ns))
 
     def _publish_body(self, body: int) -> None:
         message, publisher = self._bodies[body]
-        publisher.publish(message.fill(self.stamp_ns, self.world))
+        publisher.publish_template(message.fill(self.stamp_ns, self.world))
 
     def _publish_status(self) -> None:
         books = [self.books[mu] for mu in self.mus]
@@ -370,8 +369,25 @@ def main(args: list[str] | None = None) -> int:
     """
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, signal.SIG_DFL)
-    load_kernels(lambda text: print(text, flush=True))
+    args = sys.argv if args is None else args
+    try:
+        load_kernels(lambda text: print(text, flush=True), load_system(named_system(args)))
+    except ParameterError:
+        pass  # the node finds the same, and says so
     return run(SimNode, args)
+
+
+def named_system(args: list[str]) -> str:
+    """What the command line names as the system, itself or in a parameter file; it must be known before the node is."""
+    name = defaults(ScenarioParameters)["system"]
+    for word, following in itertools.pairwise([*args, ""]):
+        if word == "--params-file":
+            given = read_yaml(following)
+            name = given.get("/**", {}).get("system", name)
+            name = given.get("sim", {}).get("system", name)
+        elif word.startswith("system:="):
+            name = word.removeprefix("system:=")
+    return name
 
 
 if __name__ == "__main__":
