@@ -138,8 +138,6 @@ def test_a_scenario_takes_what_it_lacks_from_its_system():
     assert passive.mus == 0
     assert passive.aiming_points().shape == (0, 3)
     assert passive.debris_attitude == Scenario().debris_attitude
-    assert Settings.load("passive_5m").mission.trigger_distance_m == 0.4
-    assert Settings.load("passive_5m", mission={"trigger_distance_m": 0.5}).mission.trigger_distance_m == 0.5
     with pytest.raises(ValueError, match="no system 'nothing'"):
         Scenario("nothing")
     with pytest.raises(ValueError, match="mu from 1 to 0"):
