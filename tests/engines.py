@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from tethernet_sim.engine import Commands, EdgeListEngine, Engine, GridEngine
+from tethernet_sim.kernels.cylinder_body import CylinderBody
 from tethernet_sim.model import Arrays, Model, Numbers, grid_threads
 from tethernet_sim.state import State
 
@@ -39,8 +40,7 @@ def make_model(
     winches = int(pair_winch.max(initial=-1)) + 1
     mu_mass = masses[nodes:]
     numbers = Numbers(
-        knots=nodes, center_node=center, time_step=time_step, debris_mass=100.0, debris_across=50.0,
-        debris_along=30.0, debris_radius=0.4, debris_half_length=0.5, chaser_mass=500.0, chaser_inertia=200.0,
+        knots=nodes, center_node=center, time_step=time_step, chaser_mass=500.0, chaser_inertia=200.0,
         tether_anchor=-0.5, tether_stiffness=100.0, tether_damping=0.1, contact_stiffness=1e3, friction=0.5,
         knot_radius=0.05, mu_radius=0.1, winch_speed=0.5, winch_tension=10.0, winch_stiffness=2500.0,
         joint_stiffness=1e3, joint_draw_in=0.1, joint_pull=50.0, docking_distance=0.3,
@@ -66,7 +66,8 @@ def make_model(
         joint_damping=np.full(len(pairs), 1.0),
         contact_damping=2.0 * 0.1 * np.sqrt(1e3 * masses),
     )
-    return Model(numbers, arrays, grid)
+    debris = CylinderBody(mass=100.0, across=50.0, along=30.0, radius=0.4, half_length=0.5)
+    return Model(numbers, arrays, debris, grid)
 
 
 def grid_model(rows: int, columns: int, **options) -> Model:

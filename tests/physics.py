@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import dataclasses
+
 import numpy as np
 
 from tethernet_core.system import load_system
@@ -14,10 +16,28 @@ DIAGONAL = (-0.5, 0.5, 0.0, np.sqrt(0.5))
 
 
 def make_world(
-    mus: int = 8, debris=(0.0, 0.0, -50.0), attitude=DIAGONAL, rate=(0.0, 0.0, 0.0), hardware=None, **physics
+    mus: int = 8,
+    debris=(0.0, 0.0, -50.0),
+    attitude=DIAGONAL,
+    rate=(0.0, 0.0, 0.0),
+    hardware=None,
+    body=None,
+    **physics,
 ) -> World:
-    """A world of one scenario, with some entries of the system and some physical parameters replaced."""
+    """A world of one scenario, with some entries of the system and some physical parameters replaced, and perhaps the
+    debris by a homogeneous ``body``: shape and mass [kg].
+    """
     system = load_system(f"zenit_{mus}mu", hardware or {})
+    if body is not None:
+        shape, mass = body
+        described = dataclasses.replace(
+            system.debris,
+            shape=shape,
+            mass_kg=mass,
+            center_of_mass=shape.centroid,
+            inertia=mass * shape.inertia_per_mass,
+        )
+        system = dataclasses.replace(system, debris=described)
     settings = Settings.load(system, physics=physics)
     return World(
         system,
@@ -35,11 +55,11 @@ def diverging(monkeypatch) -> Settings:
     return Settings.load(physics={"joint_stiffness_n_m": 2e4, "contact_stiffness_n_m": 1e5, "time_step_s": 1e-3})
 
 
-def flying_net(mus: int, closing: bool, seed: int = 0, hardware=None, **physics) -> World:
+def flying_net(mus: int, closing: bool, seed: int = 0, hardware=None, body=None, **physics) -> World:
     """A flat, shaken net that flies at a rotating debris 3 m away, the chaser drifting and turning: everything
     moves.
     """
-    world = make_world(mus, debris=(0.3, -0.2, -50.0), rate=(0.05, 0.02, 0.1), hardware=hardware, **physics)
+    world = make_world(mus, debris=(0.3, -0.2, -50.0), rate=(0.05, 0.02, 0.1), hardware=hardware, body=body, **physics)
     state = world.state
     random = np.random.default_rng(seed)
     state.knot_pos[0, :2] /= world.physics.fold_factor * 1.02

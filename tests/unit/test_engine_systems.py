@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-import dataclasses
-
 import numpy as np
 import pytest
 
 from tests.physics import make_world
 from tethernet_core.system import load_system
+from tethernet_sim.debris import inertia_tensor, surface_distance
 from tethernet_sim.engine import Commands, EdgeListEngine, GridEngine, engine_for
+from tethernet_sim.kernels.cylinder_body import CylinderBody
 from tethernet_sim.model import build_model
 
 
@@ -48,13 +48,19 @@ def test_a_hexagonal_net_goes_to_the_edge_list():
 
 
 def test_a_passive_net_has_no_units():
-    passive = load_system("passive_5m")
-    system = dataclasses.replace(passive, debris=load_system("zenit_8mu").debris)
-    model = build_model(system, make_world(8).physics)
+    model = build_model(load_system("passive_5m"), make_world(8).physics)
     assert len(model.arrays.mu_mass) == 0
     assert model.arrays.knot_mass.max() > 10.0 * np.median(model.arrays.knot_mass), "masses hang at its corners"
 
 
-def test_a_debris_that_the_contact_kernels_cannot_fly_is_refused():
-    with pytest.raises(ValueError, match=r"passive_5m: debris\.shape is a sphere; allowed .*: cylinder"):
-        build_model(load_system("passive_5m"), make_world(8).physics)
+def test_the_debris_is_the_described_body():
+    physics = make_world(8).physics
+    for name in ("envisat_8mu", "passive_5m", "zenit_8mu"):
+        debris = load_system(name).debris
+        body = build_model(load_system(name), physics).debris
+        assert body.mass == debris.mass_kg
+        assert isinstance(body, CylinderBody) == (debris.shape.kind == "cylinder")
+        np.testing.assert_allclose(inertia_tensor(body), debris.inertia, rtol=1e-12, atol=1e-9)
+        points = np.random.default_rng(1).uniform(-20.0, 20.0, (500, 3))
+        expected = debris.shape.distance(points + debris.center_of_mass)[0]
+        np.testing.assert_allclose(surface_distance(body, points), expected, atol=1e-10)

@@ -26,7 +26,7 @@ def test_torque_free_debris_keeps_momentum_and_energy():
 def test_tumbling_follows_eulers_equations():
     rate = np.array([0.08, -0.03, 0.2])
     world = make_world(8, rate=rate)
-    across, along = world.model.numbers.debris_across, world.model.numbers.debris_along
+    across, along = world.model.debris.across, world.model.debris.along
     inertia = np.array([across, across, along])
 
     def euler(_, y):
@@ -44,9 +44,9 @@ def test_tumbling_follows_eulers_equations():
 
 
 def test_inertia_is_that_of_a_cylinder_and_a_cube():
-    numbers = make_world(8).model.numbers
-    assert numbers.debris_along == pytest.approx(0.5 * 9000.0 * 1.95**2)
-    assert numbers.debris_across == pytest.approx(9000.0 * (3 * 1.95**2 + 11.1**2) / 12.0)
+    numbers, debris = make_world(8).model.numbers, make_world(8).model.debris
+    assert debris.along == pytest.approx(0.5 * 9000.0 * 1.95**2)
+    assert debris.across == pytest.approx(9000.0 * (3 * 1.95**2 + 11.1**2) / 12.0)
     assert numbers.chaser_inertia == pytest.approx(1600.0 * 1.5**2 / 6.0)
 
 

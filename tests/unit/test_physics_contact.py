@@ -2,18 +2,26 @@
 
 from __future__ import annotations
 
+import numba
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
 from tests.physics import coast, make_world
-from tethernet_sim.kernels import contact
+from tethernet_core.shapes import Cylinder
+from tethernet_sim.kernels import contact, debris_body
 from tethernet_sim.kernels.rows import row_width
 
-N = make_world(8).model.numbers
+N, BODY = make_world(8).model.numbers, make_world(8).model.debris
+CYLINDER = Cylinder(BODY.radius, 2.0 * BODY.half_length)
 INTERIOR = 24
 """A knot in the middle of the net."""
 DAMPING = make_world(4).model.arrays.contact_damping
+
+
+@numba.njit
+def surface(body, x, y, z):
+    return debris_body.surface(body, x, y, z)
 
 
 def push(position, velocity, bristle=(0.0, 0.0, 0.0), rate=(0.0, 0.0, 0.0)):
@@ -24,13 +32,13 @@ def push(position, velocity, bristle=(0.0, 0.0, 0.0), rate=(0.0, 0.0, 0.0)):
     debris = np.zeros(13)
     debris[9] = 1.0
     touching = contact.contact_forces(
-        work.ravel(), 1, debris, np.eye(3), np.array(rate, float), N, np.zeros(3), np.zeros(3)
+        work.ravel(), 1, BODY, debris, np.eye(3), np.array(rate, float), N, np.zeros(3), np.zeros(3)
     )
     return (work[9:12, 0], work[6:9, 0]) if touching else None
 
 
 def test_distance_from_the_cylinder():
-    radius, half = N.debris_radius, N.debris_half_length
+    radius, half = BODY.radius, BODY.half_length
     cases = [
         ((radius + 0.3, 0.0, 1.0), 0.3, (1.0, 0.0, 0.0)),  # side
         ((0.0, -(radius - 0.1), -2.0), -0.1, (0.0, -1.0, 0.0)),  # inside, nearest to the side
@@ -39,21 +47,21 @@ def test_distance_from_the_cylinder():
         ((radius + 0.3, 0.0, half + 0.4), 0.5, (0.6, 0.0, 0.8)),  # rim
     ]
     for point, distance, normal in cases:
-        got = contact.surface(*point, radius, half)
+        got = surface(BODY, *point)
         assert got[0] == pytest.approx(distance, abs=1e-12)
         assert np.allclose(got[1:], normal, atol=1e-12)
 
 
 def test_normal_force_is_compliant_and_damped():
     depth = 0.005
-    at = N.debris_radius + N.knot_radius - depth
+    at = BODY.radius + N.knot_radius - depth
     resting, _ = push((at, 0.0, 1.0), (0.0, 0.0, 0.0))
     assert np.allclose(resting, (N.contact_stiffness * depth, 0.0, 0.0))
     coming, _ = push((at, 0.0, 1.0), (-0.5, 0.0, 0.0))
     assert coming[0] == pytest.approx(N.contact_stiffness * depth + DAMPING[INTERIOR] * 0.5)
     leaving, _ = push((at, 0.0, 1.0), (1000.0, 0.0, 0.0))
     assert leaving[0] == 0.0, "a contact never pulls"
-    assert push((N.debris_radius + N.knot_radius + 1e-9, 0.0, 1.0), (0.0, 0.0, 0.0)) is None
+    assert push((BODY.radius + N.knot_radius + 1e-9, 0.0, 1.0), (0.0, 0.0, 0.0)) is None
 
 
 @pytest.mark.parametrize(
@@ -67,7 +75,7 @@ def test_normal_force_is_compliant_and_damped():
 )
 def test_scaled_box_limits_each_direction_separately(sliding, expected):
     depth = 0.005
-    at = N.debris_radius + N.knot_radius - depth
+    at = BODY.radius + N.knot_radius - depth
     force, bristle = push((at, 0.0, 1.0), sliding, bristle=np.multiply(sliding, 1.0))
     limit = N.friction * N.contact_stiffness * depth
     assert np.allclose(force[1:], np.multiply(expected, limit), rtol=1e-12)
@@ -78,7 +86,7 @@ def test_scaled_box_limits_each_direction_separately(sliding, expected):
 
 def test_below_the_limit_a_contact_sticks():
     depth = 0.005
-    at = N.debris_radius + N.knot_radius - depth
+    at = BODY.radius + N.knot_radius - depth
     small = 1e-5
     force, bristle = push((at, 0.0, 1.0), (0.0, 0.0, 0.0), bristle=(0.0, 0.0, small))
     assert force[2] == pytest.approx(-N.contact_stiffness * small)
@@ -87,7 +95,7 @@ def test_below_the_limit_a_contact_sticks():
 
 def test_friction_acts_against_the_surface_that_turns():
     depth = 0.005
-    at = N.debris_radius + N.knot_radius - depth
+    at = BODY.radius + N.knot_radius - depth
     force, _ = push((at, 0.0, 1.0), (0.0, 0.0, 0.0), rate=(0.0, 0.0, 2.0))  # the surface moves along +y
     assert force[1] > 0.0
     assert force[2] == pytest.approx(0.0, abs=1e-12)
@@ -109,7 +117,7 @@ def test_no_particle_gets_into_the_debris():
         points = np.concatenate([state.knot_pos[0].T, state.mu_pos[0]]) - debris[:3]
         along = points @ axis
         radial = np.linalg.norm(points - along[:, None] * axis, axis=1)
-        inside = np.minimum(N.debris_radius - radial, N.debris_half_length - np.abs(along))
+        inside = np.minimum(BODY.radius - radial, BODY.half_length - np.abs(along))
         deepest = max(deepest, float(inside.max()))
         touched = max(touched, int(state.contacts[0]))
     assert touched > 20
@@ -124,10 +132,10 @@ def test_a_knot_bounces_as_its_own_mass_does(knot):
     others = np.arange(world.model.numbers.knots) != knot
     state.knot_pos[0][:, others] = np.array([0.0, 0.3, -44.0])[:, None]  # slack threads, nobody else near
     state.mu_pos[0] = (0.0, 0.3, -44.0)
-    state.knot_pos[0, :, knot] = 0.0, 0.0, -50.0 + N.debris_half_length + N.knot_radius + 1e-5
+    state.knot_pos[0, :, knot] = 0.0, 0.0, -50.0 + BODY.half_length + N.knot_radius + 1e-5
     state.knot_vel[0, 2, knot] = -0.5
     world.steps = 1
-    while state.knot_pos[0, 2, knot] < -50.0 + N.debris_half_length + N.knot_radius + 2e-5:
+    while state.knot_pos[0, 2, knot] < -50.0 + BODY.half_length + N.knot_radius + 2e-5:
         world.advance(np.zeros((1, 4, 3)))
     zeta = physics.contact_damping_ratio
     damped = np.sqrt(1.0 - zeta**2)
@@ -141,10 +149,9 @@ def law_of_one(position, velocity, bristle, size, damping, debris, matrix, rate)
     offset = position - debris[:3]
     local = matrix.T @ offset
     speed = matrix.T @ (velocity - debris[3:6] - np.cross(rate, offset))
-    distance, *normal = contact.surface(*local, N.debris_radius, N.debris_half_length)
+    distance, normal = CYLINDER.distance(local)
     if distance >= size:
         return np.zeros(3), np.zeros(3), False
-    normal = np.array(normal)
     pressing = max(N.contact_stiffness * (size - distance) - damping * (speed @ normal), 0.0)
     first = np.eye(3)[2 if abs(normal[2]) < 0.8 else 0]
     first = first - (first @ normal) * normal
@@ -168,10 +175,10 @@ def test_all_contacts_at_once_equal_the_law_of_each_particle():
     matrix, rate = attitude.as_matrix(), np.array([0.05, -0.08, 0.02])
     # Round the side, on the ends, across the edges; a third does not touch.
     angle, along = random.uniform(0, 2 * np.pi, count + mus), random.uniform(-5.7, 5.7, count + mus)
-    radius = N.debris_radius + N.knot_radius - random.uniform(-0.003, 0.006, count + mus)
+    radius = BODY.radius + N.knot_radius - random.uniform(-0.003, 0.006, count + mus)
     ends = np.arange(count + mus) % 3 == 0
     radius[ends] *= random.uniform(0.1, 1.0, ends.sum())
-    along[ends] = np.sign(along[ends]) * (N.debris_half_length + random.uniform(0.0, 0.03, ends.sum()))
+    along[ends] = np.sign(along[ends]) * (BODY.half_length + random.uniform(0.0, 0.03, ends.sum()))
     body = np.stack([radius * np.cos(angle), radius * np.sin(angle), along])
     position = (matrix @ body).T + debris[:3]
     velocity = random.normal(size=(count + mus, 3)) + debris[3:6]
@@ -183,14 +190,14 @@ def test_all_contacts_at_once_equal_the_law_of_each_particle():
     held, touching, work = np.zeros((3, room)), np.zeros(room, np.uint32), np.zeros(contact.ROWS * room)
     held[:, : count + mus] = bristles.T
     knots, found = contact.find_touching(
-        knot_pos, position[count:], debris, matrix, N, near, count, count + mus, held, np.zeros(room), touching
+        knot_pos, position[count:], BODY, debris, matrix, N, near, count, count + mus, held, np.zeros(room), touching
     )
     filled = contact.gather(
         knot_pos, knot_vel, position[count:], velocity[count:], debris, DAMPING, N, near, held, touching, knots, found,
         work,
     )  # fmt: skip
     force, torque, mu_force = np.zeros(3), np.zeros(3), np.zeros((mus, 3))
-    touched = contact.contact_forces(work, filled, debris, matrix, rate, N, force, torque)
+    touched = contact.contact_forces(work, filled, BODY, debris, matrix, rate, N, force, torque)
     contact.react(near, held, touching, knots, found, work, np.full(count, 0.1), 529, knot_vel, mu_force)
 
     size = np.where(np.arange(count + mus) < count, N.knot_radius, N.mu_radius)
@@ -210,18 +217,18 @@ def test_all_contacts_at_once_equal_the_law_of_each_particle():
 def test_the_search_lists_all_that_may_touch():
     random = np.random.default_rng(2)
     knot_pos = np.ascontiguousarray(random.uniform(-7, 7, (3, 529)))
-    mu_pos = np.array([[0.0, 0.0, N.debris_half_length + 0.1], [50.0, 0.0, 0.0]])
+    mu_pos = np.array([[0.0, 0.0, BODY.half_length + 0.1], [50.0, 0.0, 0.0]])
     debris = np.zeros(13)
     debris[9] = 1.0
     room = row_width(529, 2)
     near, flags = np.zeros(room, np.uint32), np.zeros(room, np.uint8)
     squared, margin = np.zeros(room), 5.0 * contact.NEAR_STEPS * N.time_step
     knots, count, steps = contact.find_candidates(
-        knot_pos, mu_pos, debris, np.eye(3), N, 5.0, near, squared, squared.view(np.uint64), np.zeros(room),
-        flags, flags.view(np.uint64), np.zeros(room, np.uint32),
+        knot_pos, mu_pos, BODY, debris, np.eye(3), N, 5.0, near, squared, squared.view(np.uint64), flags,
+        flags.view(np.uint64), np.zeros(room, np.uint32),
     )  # fmt: skip
     assert steps == contact.NEAR_STEPS
-    distance = np.array([contact.surface(*p, N.debris_radius, N.debris_half_length)[0] for p in knot_pos.T])
+    distance = CYLINDER.distance(knot_pos.T)[0]
     listed = set(near[:count].tolist())
     assert knots == sum(i < 529 for i in listed)
     assert set(np.flatnonzero(distance < N.knot_radius + margin).tolist()) <= listed
@@ -236,7 +243,7 @@ def test_a_far_net_is_searched_seldom():
     room = row_width(529, 2)
     flags, squared = np.zeros(room, np.uint8), np.zeros(room)
     found = contact.find_candidates(
-        np.full((3, 529), 20.0), np.full((8, 3), 20.0), debris, np.eye(3), N, 5.0, np.zeros(room, np.uint32),
-        squared, squared.view(np.uint64), np.zeros(room), flags, flags.view(np.uint64), np.zeros(room, np.uint32),
+        np.full((3, 529), 20.0), np.full((8, 3), 20.0), BODY, debris, np.eye(3), N, 5.0, np.zeros(room, np.uint32),
+        squared, squared.view(np.uint64), flags, flags.view(np.uint64), np.zeros(room, np.uint32),
     )  # fmt: skip
     assert found == (0, 0, contact.FAR_STEPS)

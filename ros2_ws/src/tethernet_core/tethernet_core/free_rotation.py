@@ -1,17 +1,29 @@
-"""How a body turns that no torque acts on: attitude and angular rate some time ahead."""
+"""How a body turns that no torque acts on: attitude and angular rate some time ahead.
+
+The angular momentum stays in the frame of the launch. The rotation of a body without symmetry is split into turns about
+its principal axes, each of which is exact, and composed to the fourth order: attitudes stay attitudes, and energy stays
+within a bound, however long the motion lasts. The arithmetic of these turns is plain, so that the simulator compiles
+the same functions.
+"""
 
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 
-from tethernet_core.rotation import matrix, quaternion_of
+from tethernet_core.rotation import Quaternion, matrix, quaternion_of
 
 _SYMMETRY = 1e-9
 """Two principal moments are equal to this share of the largest one."""
-_STEP_RAD = 0.1
-"""The integration turns a body no further in one step; its error is then some 1e-7 rad a radian."""
+LARGEST_TURN = 0.02
+"""Turn of one composed step at the most [rad]: its error is of the fifth power."""
+_OUTER = 1.0 / (4.0 - 4.0 ** (1.0 / 3.0))
+COMPOSITION = (_OUTER, _OUTER, 1.0 - 4.0 * _OUTER, _OUTER, _OUTER)
+"""Shares of a step in Suzuki's composition of the fourth order (Phys. Lett. A 146, 1990)."""
+
+Vector = tuple[float, float, float]
 
 
 def attitude_after(
@@ -68,36 +80,85 @@ def _round_body_after(
     return np.stack([x, y, turned_by(axis, turn)], axis=1), turned_by(rate, turn)
 
 
+def turn_about(
+    ex: float, ey: float, ez: float, angle: float, attitude: Quaternion, momentum: Vector
+) -> tuple[Quaternion, Vector]:
+    """Turn a body about an axis of its own.
+
+    Args:
+        ex: x of the unit axis in the body frame.
+        ey: y of it.
+        ez: z of it.
+        angle: [rad].
+        attitude: quaternion x y z w, body to launch.
+        momentum: angular momentum in the body frame, which the body turns away from.
+
+    Returns:
+        Attitude and momentum afterwards.
+    """
+    sine, cosine = math.sin(0.5 * angle), math.cos(0.5 * angle)
+    ax, ay, az = ex * sine, ey * sine, ez * sine
+    x, y, z, w = attitude
+    turned = (
+        x * cosine + w * ax + y * az - z * ay,
+        y * cosine + w * ay + z * ax - x * az,
+        z * cosine + w * az + x * ay - y * ax,
+        w * cosine - x * ax - y * ay - z * az,
+    )
+    mx, my, mz = momentum
+    tx, ty, tz = 2.0 * (my * az - mz * ay), 2.0 * (mz * ax - mx * az), 2.0 * (mx * ay - my * ax)
+    return turned, (
+        mx + cosine * tx + (ty * az - tz * ay),
+        my + cosine * ty + (tz * ax - tx * az),
+        mz + cosine * tz + (tx * ay - ty * ax),
+    )
+
+
+def turn_about_principal(
+    axes: Any, rates: Any, i: int, duration: float, attitude: Quaternion, momentum: Vector
+) -> tuple[Quaternion, Vector]:
+    """Turn about principal axis ``i`` alone, as fast as the momentum along it says; see :func:`symmetric_step`."""
+    ex, ey, ez = axes[i, 0], axes[i, 1], axes[i, 2]
+    mx, my, mz = momentum
+    return turn_about(ex, ey, ez, duration * rates[i] * (ex * mx + ey * my + ez * mz), attitude, momentum)
+
+
+def symmetric_step(
+    axes: Any, rates: Any, duration: float, attitude: Quaternion, momentum: Vector
+) -> tuple[Quaternion, Vector]:
+    """Turns about the principal axes one after the other, and back: of the second order in the duration.
+
+    Args:
+        axes: the principal axes in the body frame, in rows, shape (3, 3).
+        rates: over one moment of inertia about each [1 / (kg m^2)], shape (3,).
+        duration: [s].
+        attitude: quaternion x y z w, body to launch.
+        momentum: angular momentum in the body frame [N m s].
+
+    Returns:
+        Attitude and momentum afterwards.
+    """
+    half = 0.5 * duration
+    attitude, momentum = turn_about_principal(axes, rates, 0, half, attitude, momentum)
+    attitude, momentum = turn_about_principal(axes, rates, 1, half, attitude, momentum)
+    attitude, momentum = turn_about_principal(axes, rates, 2, duration, attitude, momentum)
+    attitude, momentum = turn_about_principal(axes, rates, 1, half, attitude, momentum)
+    return turn_about_principal(axes, rates, 0, half, attitude, momentum)
+
+
 def _any_body_after(
     attitude: np.ndarray, rate: np.ndarray, inertia: np.ndarray, duration: float
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Runge and Kutta's fourth order on the attitude alone, because the angular momentum is known."""
-    momentum = attitude @ inertia @ attitude.T @ rate
-    inverse = np.linalg.inv(inertia)
-    fastest = float(np.linalg.norm(momentum)) * float(np.linalg.norm(inverse, 2))
-    steps = max(1, math.ceil(fastest * abs(duration) / _STEP_RAD))
-    step = duration / steps
-
-    def slope(q: np.ndarray) -> np.ndarray:
-        now = matrix(q / math.sqrt(float(q @ q)))
-        wx, wy, wz = inverse @ (now.T @ momentum)
-        x, y, z, w = q
-        return 0.5 * np.array(
-            [
-                w * wx + y * wz - z * wy,
-                w * wy + z * wx - x * wz,
-                w * wz + x * wy - y * wx,
-                -x * wx - y * wy - z * wz,
-            ]
-        )
-
-    q = np.array(quaternion_of(attitude))
-    for _ in range(steps):
-        first = slope(q)
-        second = slope(q + 0.5 * step * first)
-        third = slope(q + 0.5 * step * second)
-        fourth = slope(q + step * third)
-        q = q + step / 6.0 * (first + 2.0 * second + 2.0 * third + fourth)
-        q /= math.sqrt(float(q @ q))
-    after = matrix(q)
-    return after, after @ (inverse @ (after.T @ momentum))
+    """Turns about the principal axes, see :func:`symmetric_step`, composed to the fourth order."""
+    moments, columns = np.linalg.eigh(inertia)
+    axes, rates = columns.T, 1.0 / moments
+    kept = attitude @ inertia @ attitude.T @ rate
+    x, y, z = (float(component) for component in attitude.T @ kept)
+    parts = max(1, math.ceil(math.hypot(x, y, z) * float(rates.max()) * abs(duration) / LARGEST_TURN))
+    quaternion, momentum = quaternion_of(attitude), (x, y, z)
+    for _ in range(parts):
+        for share in COMPOSITION:
+            quaternion, momentum = symmetric_step(axes, rates, share * duration / parts, quaternion, momentum)
+    norm = math.sqrt(sum(component * component for component in quaternion))
+    after = matrix([component / norm for component in quaternion])
+    return after, after @ ((axes @ (after.T @ kept) * rates) @ axes)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from tethernet_core.rotation import inverse, rotate
+from tethernet_sim.debris import body_rate, surface_distance
 from tethernet_sim.model import Model
 from tethernet_sim.state import ATTITUDE, CHASER, DEBRIS, MOMENTUM, POSITION, VELOCITY, State
 
@@ -25,7 +26,7 @@ def linear_momentum(model: Model, state: State) -> np.ndarray:
     """Momentum of net, MUs, debris and chaser [kg m/s], shape (B, 3)."""
     _, velocity = particles(state)
     total = np.einsum("p,bpx->bx", particle_masses(model), velocity)
-    total = total + model.numbers.debris_mass * state.bodies[:, DEBRIS, VELOCITY]
+    total = total + model.debris.mass * state.bodies[:, DEBRIS, VELOCITY]
     return total + model.numbers.chaser_mass * state.bodies[:, CHASER, VELOCITY]
 
 
@@ -33,7 +34,7 @@ def angular_momentum(model: Model, state: State) -> np.ndarray:
     """Angular momentum of everything about the origin of the launch frame [N m s], shape (B, 3)."""
     position, velocity = particles(state)
     total = np.einsum("p,bpx->bx", particle_masses(model), np.cross(position, velocity))
-    for body, mass in ((DEBRIS, model.numbers.debris_mass), (CHASER, model.numbers.chaser_mass)):
+    for body, mass in ((DEBRIS, model.debris.mass), (CHASER, model.numbers.chaser_mass)):
         orbital = np.cross(state.bodies[:, body, POSITION], state.bodies[:, body, VELOCITY])
         total = total + mass * orbital + state.bodies[:, body, MOMENTUM]
     return total
@@ -52,22 +53,17 @@ def kinetic_energy(model: Model, state: State) -> np.ndarray:
     _, velocity = particles(state)
     total = 0.5 * np.einsum("p,bpx,bpx->b", particle_masses(model), velocity, velocity)
     n = model.numbers
-    bodies = (
-        (DEBRIS, n.debris_mass, n.debris_across, n.debris_along),
-        (CHASER, n.chaser_mass, n.chaser_inertia, n.chaser_inertia),
-    )
-    for body, mass, across, along in bodies:
+    for body, mass in ((DEBRIS, model.debris.mass), (CHASER, n.chaser_mass)):
         row = state.bodies[:, body]
         total = total + 0.5 * mass * np.sum(row[:, VELOCITY] ** 2, axis=1)
         momentum = rotate(inverse(row[:, ATTITUDE]), row[:, MOMENTUM])
-        total = total + 0.5 * np.sum(momentum**2 / np.array([across, across, along]), axis=1)
+        rate = body_rate(model.debris, momentum) if body == DEBRIS else momentum / n.chaser_inertia
+        total = total + 0.5 * np.sum(momentum * rate, axis=1)
     return total
 
 
 def elastic_energy(model: Model, state: State) -> np.ndarray:
     """Energy in threads, tether, winches' threads, joints, contacts (normal and friction springs) [J], shape (B,)."""
-    from tethernet_sim.kernels.contact import surface
-
     net, mu = thread_lengths(model, state)
     arrays = model.arrays
     total = 0.5 * np.sum(arrays.stiffness * np.maximum(net - arrays.rest, 0.0) ** 2, axis=1)
@@ -91,13 +87,9 @@ def elastic_energy(model: Model, state: State) -> np.ndarray:
             total[b] += 0.5 * model.numbers.joint_stiffness * np.sum(held[state.locked[b]] ** 2)
         debris = state.bodies[b, DEBRIS]
         local = rotate(inverse(debris[ATTITUDE])[None], position[b] - debris[POSITION])
-        near = np.flatnonzero(
-            np.linalg.norm(local, axis=1) < model.numbers.debris_radius + model.numbers.debris_half_length + 1.0
-        )
-        for i in near:
-            size = model.numbers.knot_radius if i < model.numbers.knots else model.numbers.mu_radius
-            x, y, z = local[i]
-            depth = size - surface(x, y, z, model.numbers.debris_radius, model.numbers.debris_half_length)[0]
-            if depth > 0.0:
-                total[b] += 0.5 * model.numbers.contact_stiffness * (depth**2 + np.sum(state.bristle[b, i] ** 2))
+        size = np.where(np.arange(len(local)) < model.numbers.knots, model.numbers.knot_radius, model.numbers.mu_radius)
+        depth = size - surface_distance(model.debris, local)
+        deep = depth > 0.0
+        springs = np.sum(depth[deep] ** 2) + np.sum(state.bristle[b, deep] ** 2)
+        total[b] += 0.5 * model.numbers.contact_stiffness * springs
     return total

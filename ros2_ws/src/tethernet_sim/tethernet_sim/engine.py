@@ -79,9 +79,9 @@ class _KernelEngine:
 
         def fly(part: np.ndarray) -> None:
             step.advance(
-                self.model.numbers, self.model.arrays, self.threads, steps, part, c.thrust, c.external, c.target_pos,
-                c.target_vel, s.knot_pos, s.knot_vel, s.mu_pos, s.mu_vel, s.bodies, s.bristle, s.closing,
-                s.pair_length, s.locked, s.winch_length, s.tether_length, s.contacts,
+                self.model.numbers, self.model.arrays, self.threads, self.model.debris, steps, part, c.thrust,
+                c.external, c.target_pos, c.target_vel, s.knot_pos, s.knot_vel, s.mu_pos, s.mu_vel, s.bodies,
+                s.bristle, s.closing, s.pair_length, s.locked, s.winch_length, s.tether_length, s.contacts,
             )  # fmt: skip
 
         cores.share(fly, np.arange(s.batch) if chosen is None else chosen)

@@ -6,8 +6,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from tethernet_core.shapes.cylinder import Cylinder
 from tethernet_core.system import System
+from tethernet_sim.debris import debris_body
+from tethernet_sim.kernels.debris_body import Body
 from tethernet_sim.settings import PhysicsParameters
 
 
@@ -17,11 +18,6 @@ class Numbers(NamedTuple):
     knots: int  # nodes of the net, N
     center_node: int  # node that the main tether hangs on; -1 where there is no tether
     time_step: float  # [s]
-    debris_mass: float  # [kg]
-    debris_across: float  # moment of inertia across the cylinder's axis [kg m^2]
-    debris_along: float  # along it [kg m^2]
-    debris_radius: float  # [m]
-    debris_half_length: float  # [m]
     chaser_mass: float  # [kg]
     chaser_inertia: float  # of a homogeneous cube, about any axis [kg m^2]
     tether_anchor: float  # z of the launch point in the chaser's body frame [m]
@@ -65,10 +61,12 @@ class Arrays(NamedTuple):
 
 
 class Model(NamedTuple):
-    """Everything that does not change while a scenario is flown; two parts, because compiled code takes them apart."""
+    """Everything that does not change while a scenario is flown; in parts, because compiled code takes them apart."""
 
     numbers: Numbers
     arrays: Arrays
+    debris: Body
+    """The debris, see :func:`~tethernet_sim.debris.debris_body`."""
     grid: tuple[int, int] | None
     """Rows and columns of a rectangular net whose nodes are numbered row by row; None for any other."""
 
@@ -92,15 +90,8 @@ def build_model(system: System, physics: PhysicsParameters) -> Model:
     Args:
         system: the hardware.
         physics: time step, contact, joints and the coupling of external MUs.
-
-    Raises:
-        ValueError: for a debris that the contact kernels cannot fly.
     """
     net, closing, debris = system.net, system.closing, system.debris
-    if not isinstance(debris.shape, Cylinder):
-        raise ValueError(
-            f"{system.name}: debris.shape is a {debris.shape.kind}; allowed for flights at present: cylinder"
-        )
     units, time_step = system.units, physics.time_step_s
     mu = np.array([unit.mass_kg for unit in units])
     masses = np.concatenate([net.node_masses, mu])
@@ -113,11 +104,6 @@ def build_model(system: System, physics: PhysicsParameters) -> Model:
         knots=net.node_count,
         center_node=net.center_node if system.tether.stiffness_n_m > 0.0 else -1,
         time_step=time_step,
-        debris_mass=debris.mass_kg,
-        debris_across=float(debris.inertia[0, 0]),
-        debris_along=float(debris.inertia[2, 2]),
-        debris_radius=debris.shape.radius_m,
-        debris_half_length=0.5 * debris.shape.length_m,
         chaser_mass=system.chaser.mass_kg,
         chaser_inertia=system.chaser.inertia_kg_m2,
         tether_anchor=system.chaser.anchor_m,
@@ -158,7 +144,8 @@ def build_model(system: System, physics: PhysicsParameters) -> Model:
         * _critical(physics.joint_stiffness_n_m, first * second / (first + second)),
         contact_damping=physics.contact_damping_ratio * _critical(physics.contact_stiffness_n_m, masses),
     )
-    return Model(numbers, arrays, None if net.grid is None else (net.grid.rows, net.grid.columns))
+    body = debris_body(debris.shape, debris.mass_kg, debris.inertia, debris.center_of_mass)
+    return Model(numbers, arrays, body, None if net.grid is None else (net.grid.rows, net.grid.columns))
 
 
 def _critical(stiffness: float, mass: np.ndarray) -> np.ndarray:

@@ -8,6 +8,7 @@ import numpy as np
 
 from tethernet_core.rotation import rotate
 from tethernet_core.system import System
+from tethernet_sim.debris import body_momentum
 from tethernet_sim.model import Model
 from tethernet_sim.settings import PhysicsParameters
 
@@ -83,9 +84,8 @@ def initial_state(
     bodies = np.zeros((batch, 2, 13))
     bodies[:, DEBRIS, POSITION] = debris_position
     bodies[:, DEBRIS, ATTITUDE] = debris_attitude
-    across, along = model.numbers.debris_across, model.numbers.debris_along
     bodies[:, DEBRIS, MOMENTUM] = rotate(
-        np.asarray(debris_attitude, float), debris_rate * np.array([across, across, along])
+        np.asarray(debris_attitude, float), body_momentum(model.debris, np.asarray(debris_rate, float))
     )
     bodies[:, CHASER, 2] = 0.5 * system.chaser.side_m
     bodies[:, CHASER, 9] = 1.0

@@ -10,6 +10,7 @@ from tethernet_core.bounds import FARTHEST_M, FASTEST_M_S, FASTEST_RAD_S
 from tethernet_core.rotation import inverse, matrix, rotate
 from tethernet_core.settings import ControlParameters
 from tethernet_core.system import System
+from tethernet_sim.debris import body_rate, inertia_tensor
 from tethernet_sim.engine import Commands, Engine, engine_for
 from tethernet_sim.model import Model, build_model
 from tethernet_sim.settings import PhysicsParameters, check_together
@@ -65,11 +66,9 @@ class World:
         self.target_vel = np.zeros((batch, mu_count, 3))
         """Their measured velocities [m/s], shape (B, M, 3)."""
         self.engine: Engine = engine_for(self.model)
-        n = self.model.numbers
-        self._inertia = {
-            DEBRIS: np.array([n.debris_across, n.debris_across, n.debris_along]),
-            CHASER: np.full(3, n.chaser_inertia),
-        }
+        self._least_inertia = min(
+            self.model.numbers.chaser_inertia, float(np.linalg.eigvalsh(inertia_tensor(self.model.debris))[0])
+        )
         self._knot_weight = self.model.arrays.knot_mass / self.model.arrays.knot_mass.sum()
 
     def advance(self, thrust: np.ndarray, chosen: np.ndarray | None = None) -> None:
@@ -93,14 +92,13 @@ class World:
         """
         s = self.state
         bodies = s.bodies[chosen]
-        smallest = min(inertia.min() for inertia in self._inertia.values())
         far = (s.knot_pos[chosen], s.mu_pos[chosen], bodies[:, :, POSITION])
         fast = (s.knot_vel[chosen], s.mu_vel[chosen], bodies[:, :, VELOCITY])
         sound = np.isfinite(bodies[:, :, ATTITUDE]).all(axis=(1, 2))
         for values, limit in (
             *((values, FARTHEST_M) for values in far),
             *((values, FASTEST_M_S) for values in fast),
-            (bodies[:, :, MOMENTUM], FASTEST_RAD_S * smallest),
+            (bodies[:, :, MOMENTUM], FASTEST_RAD_S * self._least_inertia),
         ):
             sound &= (np.abs(values) <= limit).all(axis=(1, 2))  # NaN is not
         return ~sound
@@ -158,10 +156,11 @@ class World:
         row = self.state.bodies[index, body]
         to_body = inverse(row[ATTITUDE])
         velocity, momentum = rotate(to_body, row[VELOCITY]), rotate(to_body, row[MOMENTUM])
-        return (
-            row[POSITION].tolist(), row[ATTITUDE].tolist(), velocity.tolist(),
-            (momentum / self._inertia[body]).tolist(),
-        )  # fmt: skip
+        if body == DEBRIS:
+            rate = body_rate(self.model.debris, momentum)
+        else:
+            rate = momentum / self.model.numbers.chaser_inertia
+        return row[POSITION].tolist(), row[ATTITUDE].tolist(), velocity.tolist(), rate.tolist()
 
     def tether(self, index: int) -> tuple[float, float]:
         """Length of the main tether [m] (paid out; the locked length once closing has begun) and its tension [N],

@@ -1,6 +1,4 @@
-"""Contact of knots and MUs, as small spheres, with the debris' cylinder: compliant normal force, scaled-box
-friction.
-"""
+"""Contact of knots and MUs, as small spheres, with the debris: compliant normal force, scaled-box friction."""
 
 from __future__ import annotations
 
@@ -8,6 +6,7 @@ import math
 
 import numpy as np
 
+from tethernet_sim.kernels import debris_body
 from tethernet_sim.kernels.compaction import compact_indices
 from tethernet_sim.kernels.options import inlined
 
@@ -23,7 +22,7 @@ BLOCK = 544
 apart, which is what it takes to vectorise."""
 FAR_STEPS = 500
 """Steps between two searches at the most."""
-FAR_AWAY = 1e3
+FAR_AWAY = 1e5
 """Nothing touches the debris at this distance along each axis [m]."""
 
 
@@ -31,34 +30,6 @@ FAR_AWAY = 1e3
 def blocks(particles):
     """Blocks of work space in which so many particles fit."""
     return (particles + BLOCK - 1) // BLOCK
-
-
-@inlined
-def surface(rx, ry, rz, radius, half_length):
-    """Signed distance of a point from a cylinder, and the outward normal there.
-
-    Args:
-        rx: x of the point in the cylinder's frame, whose z is the cylinder's axis [m].
-        ry: y of the point [m].
-        rz: z of the point [m].
-        radius: of the cylinder [m].
-        half_length: of the cylinder [m].
-
-    Returns:
-        Distance [m], negative inside; x, y, z of the unit normal.
-    """
-    squared = rx * rx + ry * ry
-    inverse = 1.0 / math.sqrt(max(squared, 1e-300))
-    side, flat = squared * inverse - radius, abs(rz) - half_length
-    # Without branches, so that it vectorises. Inside, the nearer of side and end counts, outside what sticks out.
-    nearer = max(side, flat)
-    outside = nearer > 0.0
-    radial = max(side, 0.0) if outside else (1.0 if side > flat else 0.0)
-    axial = max(flat, 0.0) if outside else (0.0 if side > flat else 1.0)
-    length = math.sqrt(radial * radial + axial * axial)
-    share = 1.0 / length
-    axial, radial = (axial if rz >= 0.0 else -axial) * share, radial * share * inverse
-    return length if outside else nearer, radial * rx, radial * ry, axial
 
 
 @inlined
@@ -94,21 +65,21 @@ def fastest(knot_vel, mu_vel, knots, debris, spin, reach, squared, ordered):
 
 @inlined
 def find_candidates(
-    knot_pos, mu_pos, debris, matrix, numbers, speed, near, squared, ordered, along, flags, blocks, busy
+    knot_pos, mu_pos, body, debris, matrix, numbers, speed, near, squared, ordered, flags, blocks, busy
 ):
     """List the particles that may touch the debris before the next search.
 
     Args:
         knot_pos: (3, width) [m].
         mu_pos: (M, 3) [m].
-        debris: body state (13,).
+        body: constants of the debris, see kernels.debris_body.
+        debris: its body state (13,).
         matrix: its rotation (3, 3).
         numbers: constants of the model.
         speed: bound of any particle's relative speed until then [m/s].
         near: output, the particles, knots first.
         squared: work space, (width,).
         ordered: the same numbers' bits, unsigned, (width,).
-        along: work space, (width,).
         flags: work space, one byte for each knot, zeros beyond, (width,).
         blocks: the same bytes, eight in one, (width / 8,).
         busy: work space, (width,).
@@ -116,17 +87,14 @@ def find_candidates(
     Returns:
         (how many knots are listed, how many particles, steps until the next search is due).
     """
-    radius, half_length = numbers.debris_radius, numbers.debris_half_length
-    reach = math.sqrt(radius * radius + half_length * half_length) + max(numbers.knot_radius, numbers.mu_radius)
+    reach = debris_body.reach(body) + max(numbers.knot_radius, numbers.mu_radius)
     margin = speed * NEAR_STEPS * numbers.time_step
     mus, all_knots = mu_pos.shape[0], numbers.knots
     px, py, pz = debris[0], debris[1], debris[2]
-    ax, ay, az = matrix[0, 2], matrix[1, 2], matrix[2, 2]
     x, y, z = knot_pos[0], knot_pos[1], knot_pos[2]
     for i in range(all_knots):
         dx, dy, dz = x[i] - px, y[i] - py, z[i] - pz
         squared[i] = dx * dx + dy * dy + dz * dz
-        along[i] = ax * dx + ay * dy + az * dz
     bottom = ordered[0]
     for i in range(all_knots):
         bottom = min(bottom, ordered[i])
@@ -136,19 +104,16 @@ def find_candidates(
         nearest = min(nearest, dx * dx + dy * dy + dz * dz)
     if nearest > (reach + margin) * (reach + margin):
         return 0, 0, min(FAR_STEPS, int((math.sqrt(nearest) - reach) / (speed * numbers.time_step)))
-    # Within the sphere round the debris: a cylinder that is larger all round decides, without roots.
-    size = numbers.knot_radius
-    wide, long = (radius + size + margin) * (radius + size + margin), half_length + size + margin
+    # Within the sphere round the debris: a debris that is larger all round decides.
+    frame = debris_body.frame(body, matrix)
+    limits = debris_body.inflated(body, numbers.knot_radius + margin)
     for i in range(all_knots):
-        flags[i] = (squared[i] - along[i] * along[i] < wide) & (abs(along[i]) < long)
+        flags[i] = debris_body.within(body, frame, limits, x[i] - px, y[i] - py, z[i] - pz)
     knots = compact_indices(flags, blocks, busy, near)
     count = knots
-    size = numbers.mu_radius
-    wide, long = (radius + size + margin) * (radius + size + margin), half_length + size + margin
+    limits = debris_body.inflated(body, numbers.mu_radius + margin)
     for m in range(mus):
-        dx, dy, dz = mu_pos[m, 0] - px, mu_pos[m, 1] - py, mu_pos[m, 2] - pz
-        axial = ax * dx + ay * dy + az * dz
-        if dx * dx + dy * dy + dz * dz - axial * axial < wide and abs(axial) < long:
+        if debris_body.within(body, frame, limits, mu_pos[m, 0] - px, mu_pos[m, 1] - py, mu_pos[m, 2] - pz):
             near[count] = all_knots + m
             count += 1
     return knots, count, NEAR_STEPS
@@ -171,13 +136,14 @@ def store_bristles(bristles, near, count, held):
 
 
 @inlined
-def find_touching(knot_pos, mu_pos, debris, matrix, numbers, near, knots, count, held, kept, touching):
+def find_touching(knot_pos, mu_pos, body, debris, matrix, numbers, near, knots, count, held, kept, touching):
     """List which of the ``near`` particles touch: most of them only hover. Their bristles are forgotten.
 
     Args:
         knot_pos: (3, width) [m].
         mu_pos: (M, 3) [m].
-        debris: body state (13,).
+        body: constants of the debris, see kernels.debris_body.
+        debris: its body state (13,).
         matrix: its rotation (3, 3).
         numbers: constants of the model.
         near: particles to look at, knots first.
@@ -190,29 +156,23 @@ def find_touching(knot_pos, mu_pos, debris, matrix, numbers, near, knots, count,
     Returns:
         (how many knots are listed, how many particles).
     """
-    radius, half_length, all_knots = numbers.debris_radius, numbers.debris_half_length, numbers.knots
+    all_knots = numbers.knots
     px, py, pz = debris[0], debris[1], debris[2]
-    ax, ay, az = matrix[0, 2], matrix[1, 2], matrix[2, 2]
     x, y, z = knot_pos[0], knot_pos[1], knot_pos[2]
-    wide, long = radius + numbers.knot_radius, half_length + numbers.knot_radius
-    wide *= wide
+    frame = debris_body.frame(body, matrix)
+    limits = debris_body.inflated(body, numbers.knot_radius)
     found = np.uint64(0)
     for j in range(knots):
         i = near[j]
-        dx, dy, dz = x[i] - px, y[i] - py, z[i] - pz
-        along = ax * dx + ay * dy + az * dz
-        touches = (dx * dx + dy * dy + dz * dz - along * along < wide) & (abs(along) < long)
+        touches = debris_body.within(body, frame, limits, x[i] - px, y[i] - py, z[i] - pz)
         touching[found] = j
         found += np.uint64(touches)
         kept[j] = touches
     touching_knots = np.int64(found)
-    wide, long = radius + numbers.mu_radius, half_length + numbers.mu_radius
-    wide *= wide
+    limits = debris_body.inflated(body, numbers.mu_radius)
     for j in range(knots, count):
         m = near[j] - all_knots
-        dx, dy, dz = mu_pos[m, 0] - px, mu_pos[m, 1] - py, mu_pos[m, 2] - pz
-        along = ax * dx + ay * dy + az * dz
-        touches = (dx * dx + dy * dy + dz * dz - along * along < wide) & (abs(along) < long)
+        touches = debris_body.within(body, frame, limits, mu_pos[m, 0] - px, mu_pos[m, 1] - py, mu_pos[m, 2] - pz)
         touching[found] = j
         found += np.uint64(touches)
         kept[j] = touches
@@ -268,7 +228,7 @@ def gather(
 
 
 @inlined
-def contact_forces(work, count, debris, matrix, rate, numbers, force, torque):
+def contact_forces(work, count, body, debris, matrix, rate, numbers, force, torque):
     """Forces of the debris on the particles that touch it; without branches, so that it vectorises.
 
     Friction is the scaled box: in each of two tangential directions a spring and a damper, limited by mu times the
@@ -279,7 +239,8 @@ def contact_forces(work, count, debris, matrix, rate, numbers, force, torque):
             [m/s], bristle in the debris frame [m] (updated), force on the particle [N] (output), each x, y, z; radius
             [m], damping [N s/m].
         count: how many particles.
-        debris: body state (13,).
+        body: constants of the debris, see kernels.debris_body.
+        debris: its body state (13,).
         matrix: its rotation (3, 3).
         rate: its angular rate, launch frame [rad/s].
         numbers: constants of the model.
@@ -289,7 +250,6 @@ def contact_forces(work, count, debris, matrix, rate, numbers, force, torque):
     Returns:
         How many particles touch.
     """
-    radius, half_length = numbers.debris_radius, numbers.debris_half_length
     stiffness, softness, dt = numbers.contact_stiffness, 1.0 / numbers.contact_stiffness, numbers.time_step
     friction = numbers.friction
     qx, qy, qz = debris[3], debris[4], debris[5]
@@ -310,12 +270,12 @@ def contact_forces(work, count, debris, matrix, rate, numbers, force, torque):
             vz = block[j + 5 * BLOCK] - qz - (wx * dy - wy * dx)
             rx, ry, rz = m00 * dx + m10 * dy + m20 * dz, m01 * dx + m11 * dy + m21 * dz, m02 * dx + m12 * dy + m22 * dz
             ux, uy, uz = m00 * vx + m10 * vy + m20 * vz, m01 * vx + m11 * vy + m21 * vz, m02 * vx + m12 * vy + m22 * vz
-            distance, nx, ny, nz = surface(rx, ry, rz, radius, half_length)
+            distance, nx, ny, nz = debris_body.surface(body, rx, ry, rz)
             depth = block[j + 12 * BLOCK] - distance
             pressing = max(stiffness * depth - damping * (ux * nx + uy * ny + uz * nz), 0.0)
             pressing = pressing if depth > 0.0 else 0.0
-            # The box' directions: a along the cylinder's axis as far as the surface allows, on the flat ends along the
-            # body's x; b across both.
+            # The box' directions: a along the body's z as far as the surface allows, where that is steep along its x;
+            # b across both. No choice is smooth all round a body; where it changes, the bristle stays what it is.
             steep = abs(nz) < 0.8
             slope = nz if steep else nx
             inverse = 1.0 / math.sqrt(1.0 - slope * slope)

@@ -12,7 +12,7 @@ import math
 
 import numpy as np
 
-from tethernet_sim.kernels.contact import surface
+from tethernet_sim.kernels import debris_body
 from tethernet_sim.kernels.options import entry_point, ieee
 from tethernet_sim.kernels.rigid_body import angular_rate, rotation_matrix
 from tethernet_sim.kernels.step import advance_scenario
@@ -130,12 +130,14 @@ def _closing(ledger, numbers, arrays, x, v, w, mus, mu_vel, mu_vel_after, joints
 
 
 @ieee
-def _contact(ledger, numbers, damping, size, place, speed, speed_after, debris, debris_after, matrix, rates, held):
+def _contact(
+    ledger, numbers, damping, size, place, speed, speed_after, body, debris, debris_after, matrix, rates, held
+):  # fmt: skip
     """One particle: ``rates`` (2, 3) of the debris before and after [rad/s], ``held`` its bristle before [m]."""
     h, k = numbers.time_step, numbers.contact_stiffness
     arm = place - debris[:3]
     local, bristle = matrix.T @ arm, 0.5 * k * np.dot(held, held)
-    distance, nx, ny, nz = surface(local[0], local[1], local[2], numbers.debris_radius, numbers.debris_half_length)
+    distance, nx, ny, nz = debris_body.surface(body, local[0], local[1], local[2])
     depth = size - distance
     if depth <= 0.0:
         ledger[FRICTION] += bristle  # what has let go has lost what its bristle held
@@ -164,7 +166,7 @@ def _contact(ledger, numbers, damping, size, place, speed, speed_after, debris, 
 
 @ieee
 def book_step(
-    ledger, numbers, arrays, thrust, closing, tether_length, knots, knot_vels, mu_pos, mu_vels, bodies, bristle,
+    ledger, numbers, arrays, body, thrust, closing, tether_length, knots, knot_vels, mu_pos, mu_vels, bodies, bristle,
     joints, locks, threads,
 ):  # fmt: skip
     """Add what one step did to the ``ledger`` (TERMS,) [J].
@@ -173,6 +175,7 @@ def book_step(
         ledger: updated.
         numbers: scalar constants of the model.
         arrays: constant arrays of the model.
+        body: constants of the debris.
         thrust: of the MUs in this step [N], (M, 3).
         closing: whether closing has begun.
         tether_length: of the locked tether [m].
@@ -204,22 +207,22 @@ def book_step(
     debris, after = bodies[0, 0], bodies[1, 0]
     matrix, rates = np.zeros((3, 3)), np.zeros((2, 3))
     rotation_matrix(debris, matrix)
-    angular_rate(debris, matrix, numbers.debris_across, numbers.debris_along, rates[0])
-    angular_rate(after, matrix, numbers.debris_across, numbers.debris_along, rates[1])
+    debris_body.rate(body, debris, matrix, rates[0])
+    debris_body.rate(body, after, matrix, rates[1])
     px, py, pz = debris[0], debris[1], debris[2]
+    frame = debris_body.frame(body, matrix)
     for p in range(count + len(mu_pos)):
         if p < count:
             dx, dy, dz = knots[0, p] - px, knots[1, p] - py, knots[2, p] - pz
         else:
             dx, dy, dz = mu_pos[p - count, 0] - px, mu_pos[p - count, 1] - py, mu_pos[p - count, 2] - pz
-        along = matrix[0, 2] * dx + matrix[1, 2] * dy + matrix[2, 2] * dz
-        # Outside of a cylinder that is larger all round nothing touches.
+        # Outside of a debris that is larger all round nothing touches.
         size = numbers.knot_radius if p < count else numbers.mu_radius
-        wide = numbers.debris_radius + size
-        if dx * dx + dy * dy + dz * dz - along * along < wide * wide and abs(along) < numbers.debris_half_length + size:
+        if debris_body.within(body, frame, debris_body.inflated(body, size), dx, dy, dz):
             _contact(
                 ledger, numbers, arrays.contact_damping[p], size, _particle(knots, mu_pos, p),
-                _particle(v, mu_vels[0], p), _particle(w, mu_vels[1], p), debris, after, matrix, rates, bristle[p],
+                _particle(v, mu_vels[0], p), _particle(w, mu_vels[1], p), body, debris, after, matrix, rates,
+                bristle[p],
             )  # fmt: skip
         elif bristle[p, 0] != 0.0 or bristle[p, 1] != 0.0 or bristle[p, 2] != 0.0:
             ledger[FRICTION] += 0.5 * numbers.contact_stiffness * np.dot(bristle[p], bristle[p])  # it has let go
@@ -227,8 +230,8 @@ def book_step(
 
 @entry_point
 def fly_booked(
-    ledger, numbers, arrays, threads, steps, thrust, external, target_pos, target_vel, knot_pos, knot_vel, mu_pos,
-    mu_vel, bodies, bristle, closing, pair_length, locked, winch_length, tether_length,
+    ledger, numbers, arrays, threads, body, steps, thrust, external, target_pos, target_vel, knot_pos, knot_vel,
+    mu_pos, mu_vel, bodies, bristle, closing, pair_length, locked, winch_length, tether_length,
 ):  # fmt: skip
     """Fly one scenario like step.advance, step by step, and book each step. Returns the particles in contact at the
     last.
@@ -242,13 +245,13 @@ def fly_booked(
         knot_vels[0], mu_vels[0], both_bodies[0] = knot_vel, mu_vel, bodies
         joints[0], locks[0], winches[0] = pair_length, locked, winch_length
         contacts = advance_scenario(
-            numbers, arrays, threads, 1, thrust, external, target_pos, target_vel, knot_pos, knot_vel, mu_pos, mu_vel,
-            bodies, bristle, closing, pair_length, locked, winch_length, tether_length,
+            numbers, arrays, threads, body, 1, thrust, external, target_pos, target_vel, knot_pos, knot_vel, mu_pos,
+            mu_vel, bodies, bristle, closing, pair_length, locked, winch_length, tether_length,
         )  # fmt: skip
         knot_vels[1], mu_vels[1], both_bodies[1] = knot_vel, mu_vel, bodies
         joints[1], locks[1], winches[1] = pair_length, locked, winch_length
         book_step(
-            ledger, numbers, arrays, thrust, closing, tether_length, knots, knot_vels, mus, mu_vels, both_bodies, held,
-            joints, locks, winches,
+            ledger, numbers, arrays, body, thrust, closing, tether_length, knots, knot_vels, mus, mu_vels, both_bodies,
+            held, joints, locks, winches,
         )  # fmt: skip
     return contacts

@@ -27,7 +27,8 @@ def _sources() -> list[Path]:
         *sorted(kernels.glob("*.py")),
         kernels.parent / "model.py",
         *(control / n for n in ("law.py", "law_numbers.py", "estimator.py")),
-        core / "rotation.py",
+        *(core / n for n in ("rotation.py", "free_rotation.py")),
+        *sorted((core / "shapes").glob("*.py")),
     ]
 
 

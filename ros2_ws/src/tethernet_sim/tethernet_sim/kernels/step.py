@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from tethernet_sim.kernels import contact, net, pairs, rigid_body
+from tethernet_sim.kernels import contact, debris_body, net, pairs, rigid_body
 from tethernet_sim.kernels.options import entry_point, inlined, inlined_once, kernel
 from tethernet_sim.kernels.rows import aligned_rows, padded, row_width
 
@@ -101,7 +101,7 @@ def drift(pos, vel, knots, time_step):
 
 @inlined_once
 def advance_scenario(
-    numbers, arrays, threads, steps, thrust, external, target_pos, target_vel,
+    numbers, arrays, threads, body, steps, thrust, external, target_pos, target_vel,
     all_knot_pos, all_knot_vel, mu_pos, mu_vel, bodies, bristle, closing, pair_length, locked, winch_length,
     tether_length,
 ):  # fmt: skip
@@ -111,6 +111,7 @@ def advance_scenario(
         numbers: scalar constants.
         arrays: constant arrays.
         threads: the net's threads, see kernels.net.
+        body: constants of the debris, see kernels.debris_body.
         steps: number of steps.
         thrust: per MU [N], (M, 3).
         external: per MU, whether its stand-in follows a target (M,).
@@ -142,7 +143,7 @@ def advance_scenario(
     near_blocks = near_flags.view(np.uint64)
     work = np.empty(contact.blocks(knots + mus) * contact.ROWS * contact.BLOCK)
     held, kept = np.empty((3, width)), np.empty(width)
-    squared, along = np.empty(width), np.empty(width)
+    squared = np.empty(width)
     ordered = squared.view(np.uint64)
     debris_matrix, chaser_matrix = np.zeros((3, 3)), np.zeros((3, 3))
     rate, force, torque = np.zeros(3), np.zeros(3), np.zeros(3)
@@ -161,15 +162,15 @@ def advance_scenario(
         # 1. Contact search. Debris without candidates coasts; it is moved just before the next search.
         if search_in == 0:
             if coasted:
-                rigid_body.drift_body(debris, debris_matrix, numbers.debris_across, numbers.debris_along, coasted * dt)
+                debris_body.drift(body, debris, debris_matrix, coasted * dt)
                 coasted = 0
-            rigid_body.angular_rate(debris, debris_matrix, numbers.debris_across, numbers.debris_along, rate)
+            debris_body.rate(body, debris, debris_matrix, rate)
             spin = math.sqrt(rate[0] * rate[0] + rate[1] * rate[1] + rate[2] * rate[2])
-            reach = numbers.debris_radius + numbers.debris_half_length
-            speed = contact.fastest(knot_vel, mu_vel, knots, debris, spin, reach, squared, ordered)
+            farthest = debris_body.farthest(body)
+            speed = contact.fastest(knot_vel, mu_vel, knots, debris, spin, farthest, squared, ordered)
             contact.store_bristles(bristle, near, near_count, held)
             near_knots, near_count, search_in = contact.find_candidates(
-                knot_pos, mu_pos, debris, debris_matrix, numbers, speed, near, squared, ordered, along, near_flags,
+                knot_pos, mu_pos, body, debris, debris_matrix, numbers, speed, near, squared, ordered, near_flags,
                 near_blocks, busy,
             )  # fmt: skip
             contact.fetch_bristles(bristle, near, near_count, held)
@@ -200,16 +201,17 @@ def advance_scenario(
         if near_count:
             for axis in range(3):
                 debris_force[axis], debris_torque[axis] = 0.0, 0.0
-            rigid_body.angular_rate(debris, debris_matrix, numbers.debris_across, numbers.debris_along, rate)
+            debris_body.rate(body, debris, debris_matrix, rate)
             touching_knots, touching_count = contact.find_touching(
-                knot_pos, mu_pos, debris, debris_matrix, numbers, near, near_knots, near_count, held, kept, touching
-            )
+                knot_pos, mu_pos, body, debris, debris_matrix, numbers, near, near_knots, near_count, held, kept,
+                touching,
+            )  # fmt: skip
             filled = contact.gather(
                 knot_pos, knot_vel, mu_pos, mu_vel, debris, contact_damping, numbers, near, held, touching,
                 touching_knots, touching_count, work,
             )  # fmt: skip
             contacts = contact.contact_forces(
-                work, filled, debris, debris_matrix, rate, numbers, debris_force, debris_torque
+                work, filled, body, debris, debris_matrix, rate, numbers, debris_force, debris_torque
             )
 
         # 3. Velocities. The net's threads come first, because they find their forces themselves.
@@ -227,7 +229,7 @@ def advance_scenario(
             pairs.apply(all_pairs, pair_forces, kick, knots, knot_vel, mu_force)
         if near_count:
             contact.react(near, held, touching, touching_knots, touching_count, work, kick, knots, knot_vel, mu_force)
-            rigid_body.kick(debris, numbers.debris_mass, debris_force, debris_torque, dt)
+            rigid_body.kick(debris, body.mass, debris_force, debris_torque, dt)
 
         # 4. Positions.
         drift(knot_pos, knot_vel, knots, dt)
@@ -236,7 +238,7 @@ def advance_scenario(
                 mu_vel[m, axis] += dt * mu_force[m, axis] * mu_inverse_mass[m]
                 mu_pos[m, axis] += dt * mu_vel[m, axis]
         if near_count:
-            rigid_body.small_rotation_step(debris, debris_matrix, numbers.debris_across, numbers.debris_along, dt)
+            debris_body.step(body, debris, debris_matrix, dt)
         else:
             coasted += 1
         if closing:
@@ -245,7 +247,7 @@ def advance_scenario(
     contact.store_bristles(bristle, near, near_count, held)
     all_knot_pos[:], all_knot_vel[:] = knot_pos[:, :knots], knot_vel[:, :knots]
     if coasted:
-        rigid_body.drift_body(debris, debris_matrix, numbers.debris_across, numbers.debris_along, coasted * dt)
+        debris_body.drift(body, debris, debris_matrix, coasted * dt)
     if not closing:
         rigid_body.drift_body(chaser, chaser_matrix, numbers.chaser_inertia, numbers.chaser_inertia, steps * dt)
     return contacts
@@ -276,7 +278,7 @@ def begin_closing(numbers, arrays, knot_pos, mu_pos, chaser, pair_length, locked
 
 @entry_point
 def advance(
-    numbers, arrays, threads, steps, chosen, thrust, external, target_pos, target_vel,
+    numbers, arrays, threads, body, steps, chosen, thrust, external, target_pos, target_vel,
     knot_pos, knot_vel, mu_pos, mu_vel, bodies, bristle, closing, pair_length, locked, winch_length,
     tether_length, contacts,
 ):  # fmt: skip
@@ -285,7 +287,7 @@ def advance(
     """
     for b in chosen:
         contacts[b] = advance_scenario(
-            numbers, arrays, threads, steps, thrust[b], external[b], target_pos[b], target_vel[b],
+            numbers, arrays, threads, body, steps, thrust[b], external[b], target_pos[b], target_vel[b],
             knot_pos[b], knot_vel[b], mu_pos[b], mu_vel[b], bodies[b], bristle[b],
             closing[b], pair_length[b], locked[b], winch_length[b], tether_length[b],
         )  # fmt: skip

@@ -1,0 +1,84 @@
+"""The debris, whatever its representation: which kernel serves is settled when a step is compiled."""
+
+from __future__ import annotations
+
+import inspect
+from typing import Any
+
+from numba.core import types
+from numba.extending import overload
+
+from tethernet_sim.kernels import cylinder_body, general_body
+from tethernet_sim.kernels.options import INLINED
+
+_KERNELS = {cylinder_body.CylinderBody: cylinder_body, general_body.GeneralBody: general_body}
+Body = cylinder_body.CylinderBody | general_body.GeneralBody
+
+
+def surface(body: Body, x: float, y: float, z: float) -> tuple[float, float, float, float]:
+    """Signed distance [m] and outward unit normal at a point of the body frame, from the centre of mass [m]."""
+    raise NotImplementedError
+
+
+def reach(body: Body) -> float:
+    """Its farthest point from its centre of mass [m]."""
+    raise NotImplementedError
+
+
+def farthest(body: Body) -> float:
+    """A bound of the distance of its farthest point from its centre of mass that a rotation moves [m]."""
+    raise NotImplementedError
+
+
+def frame(body: Body, matrix: Any) -> Any:
+    """What :func:`within` needs of the attitude ``matrix`` (3, 3)."""
+    raise NotImplementedError
+
+
+def inflated(body: Body, size: float) -> Any:
+    """What :func:`within` needs of the body made larger by ``size`` [m]."""
+    raise NotImplementedError
+
+
+def within(body: Body, frame: Any, limits: Any, dx: float, dy: float, dz: float) -> bool:
+    """Whether a point is in the inflated body, or misses it by little; its place from the centre of mass [m], launch
+    frame.
+    """
+    raise NotImplementedError
+
+
+def rate(body: Body, state: Any, matrix: Any, output: Any) -> None:
+    """Write the angular rate in the launch frame [rad/s] to ``output`` (3,)."""
+    raise NotImplementedError
+
+
+def drift(body: Body, state: Any, matrix: Any, duration: float) -> None:
+    """Move the body state (13,) freely for ``duration`` [s], any; ``matrix`` is brought up to date."""
+    raise NotImplementedError
+
+
+def step(body: Body, state: Any, matrix: Any, duration: float) -> None:
+    """Move the body state (13,) freely for one step of the integration [s]; ``matrix`` is brought up to date."""
+    raise NotImplementedError
+
+
+def _dispatch(function: Any) -> None:
+    """Serve a function by that of the same name beside the body's type."""
+    names = ", ".join(inspect.signature(function).parameters)
+
+    def choose(*arguments):
+        body = arguments[0]
+        kind: Any = body  # instance_class is what named tuples have; numba's annotations do not know it
+        module = _KERNELS.get(kind.instance_class) if isinstance(body, types.BaseNamedTuple) else None
+        if module is None:
+            return None
+        namespace = {"serve": getattr(module, function.__name__)}
+        return eval(f"lambda {names}: serve({names})", namespace)
+
+    # numba compares the signatures.
+    namespace = {"choose": choose}
+    overload(function, jit_options=INLINED)(eval(f"lambda {names}: choose({names})", namespace))
+
+
+for _function in (surface, reach, farthest, frame, inflated, within, rate, drift, step):
+    _dispatch(_function)
