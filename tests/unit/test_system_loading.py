@@ -204,7 +204,7 @@ def test_passive_net_is_ejected_and_has_no_units():
     assert system.unit_count == 0
     assert system.mouth_order == system.unit_tethers == system.closing_ring == ()
     assert system.launch.particles == tuple(point.node for point in system.net.point_masses)
-    np.testing.assert_allclose(np.linalg.norm(system.launch.velocities, axis=1), 5.0)
+    np.testing.assert_allclose(np.linalg.norm(system.launch.velocities, axis=1), 2.5)
     np.testing.assert_allclose(system.launch.velocities.sum(axis=0)[:2], 0.0, atol=1e-12)
     assert (system.launch.velocities[:, 2] < 0.0).all()
     assert system.closing.winch_thread_of_pair.tolist() == sorted(list(range(6)) * 5)
