@@ -7,23 +7,25 @@ import array
 from geometry_msgs.msg import Point
 from nav_msgs.msg import Odometry
 
-from tethernet_core.layout import design
+from tethernet_core.system import System
 from tethernet_msgs.msg import MuStatus, NetState
 from tethernet_ros import topics
 from tethernet_ros.conversions import set_stamp
 
 
-def net_state(mu_count: int, stamp_ns: int, center=(0.0, 0.0, -10.0), knots: int = 4) -> NetState:
-    """A net of two rows of knots, all of them and its MUs in its centre."""
+def net_state(system: System, stamp_ns: int, center=(0.0, 0.0, -10.0)) -> NetState:
+    """A net of which all knots and units are in its centre."""
     x, y, z = center
-    message = NetState(center_of_mass=Point(x=x, y=y, z=z), rows=2, columns=knots // 2)
+    grid, knots = system.net.grid, system.net.node_count
+    message = NetState(center_of_mass=Point(x=x, y=y, z=z))
+    message.rows, message.columns = (0, 0) if grid is None else (grid.rows, grid.columns)
     message.header.frame_id = topics.FRAME
     set_stamp(message.header.stamp, stamp_ns)
     message.knot_positions = array.array("f", [x, y, z] * knots)
     message.knot_velocities = array.array("f", [0.0] * 3 * knots)
-    message.mu_positions = array.array("f", [x, y, z] * mu_count)
-    message.mu_velocities = array.array("f", [0.0] * 3 * mu_count)
-    message.locked = [False] * design(mu_count).max_locked_pairs
+    message.mu_positions = array.array("f", [x, y, z] * system.unit_count)
+    message.mu_velocities = array.array("f", [0.0] * 3 * system.unit_count)
+    message.locked = [False] * system.closing.max_locked_pairs
     return message
 
 

@@ -61,7 +61,9 @@ def test_a_controller_answers_a_driver_that_publishes_as_sensors_do(probe, proce
 
 
 def test_the_recorder_keeps_what_is_published_best_effort(probe, processes, tmp_path):
-    recorder = processes.node("tethernet_bringup.recorder.recorder_node", f"output:={tmp_path / 'bag'}", "mu_count:=4")
+    recorder = processes.node(
+        "tethernet_bringup.recorder.recorder_node", f"output:={tmp_path / 'bag'}", "system:=zenit_4mu"
+    )
     odometry = probe.node.create_publisher(Odometry, topics.mu_odometry(3), qos_profile_sensor_data)
     probe.wait_for(lambda: odometry.get_subscription_count() == 1, "the recorder")
     for tick in range(1, 21):

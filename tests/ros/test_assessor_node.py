@@ -34,7 +34,7 @@ class Bench:
         self.probe, self.mus = probe, mus
         # The tests leap from one moment of a mission to the next.
         leap = "longest_gap_s:=100.0"
-        self.process = processes.node("tethernet_planner.assessor_node", f"mu_count:={mus}", leap, *parameters)
+        self.process = processes.node("tethernet_planner.assessor_node", f"system:=zenit_{mus}mu", leap, *parameters)
         self.found = probe.listen(topics.CAPTURE_ASSESSMENT, CaptureAssessment, STATE_BACKLOG)
         probe.matched(topics.CAPTURE_ASSESSMENT, "assessor")
 
@@ -62,7 +62,8 @@ class Bench:
         self.probe.publish(topics.DEBRIS_ODOMETRY, message, STATE, "assessor")
 
     def net(self, tick, knots, mus, locked=8, pairs=8, center=DEBRIS, columns=None):
-        message = NetState(rows=1, columns=len(knots) if columns is None else columns)
+        grid = SYSTEM[self.mus].net.grid
+        message = NetState(rows=grid.rows, columns=grid.columns if columns is None else columns)
         message.header.frame_id = topics.FRAME
         message.center_of_mass = Point(x=center[0], y=center[1], z=center[2])
         message.center_of_mass_all_valid = True
@@ -87,7 +88,7 @@ def bench(probe, processes):
 
 def shape(seed, spread=2.0, mus=8):
     generator = np.random.default_rng(seed)
-    points = (np.array(DEBRIS) + generator.normal(0.0, spread, (200, 3))).astype(np.float32)
+    points = (np.array(DEBRIS) + generator.normal(0.0, spread, (529, 3))).astype(np.float32)
     return points, points[:mus] * np.float32(1.01)
 
 
@@ -237,7 +238,7 @@ def test_states_of_another_design_are_refused(bench):
     state = mission_message(launch(arm(Mission(4), DEBRIS, "nominal"), 0), 0, False)
     assert isinstance(state, MissionState)
     b.probe.publish(topics.MISSION_STATE, state, STATE, "assessor")
-    b.probe.wait_for(lambda: "a mission of 4 MUs; allowed: 8" in b.process.output, "complaint")
+    b.probe.wait_for(lambda: "a mission of 4 units; allowed: 8, of system zenit_8mu" in b.process.output, "complaint")
 
 
 def test_every_tick_is_assessed_although_they_come_in_a_rush(bench):

@@ -110,7 +110,7 @@ def test_missions_survive_the_way_through_a_message():
     closing = advance(flying, load_system("zenit_8mu"), flying.launch_ns + 10**10, DEBRIS, DEBRIS, rules, control)
     for mission in (armed, flying, closing, abort(closing, "why")):
         message = mission_message(mission, 7, True)
-        assert checks.mission_state(8).read(serialize_message(message)).mission == mission
+        assert checks.mission_state(load_system("zenit_8mu")).read(serialize_message(message)).mission == mission
         assert (nanoseconds(message.header.stamp), message.confirmed, message.header.frame_id) == (7, True, "launch")
     assert mission_message(flying, 0, True, "not confirmed by MU 3").reason == "not confirmed by MU 3"
 

@@ -25,6 +25,7 @@ from tethernet_bringup.mission.monitor_node import Monitor
 from tethernet_bringup.mission.outcome import FlightRecord
 from tethernet_control.controller_node import ControllerNode
 from tethernet_core.mission import Mission, arm, launch
+from tethernet_core.system import load_system
 from tethernet_msgs.msg import CaptureAssessment, SimStatus
 from tethernet_msgs.srv import PlanAimingPoints
 from tethernet_planner.assessor_node import AssessorNode
@@ -192,7 +193,7 @@ def honest_messages(phase_tick: int = 3) -> dict[str, object]:
         topics.MISSION_STATE: mission_message(flying, 0, True),
         topics.PLANNER_HEARTBEAT: beat,
         topics.DEBRIS_ODOMETRY: odometry("debris", stamp_ns, DEBRIS),
-        topics.NET_STATE: net_state(8, stamp_ns),
+        topics.NET_STATE: net_state(load_system("zenit_8mu"), stamp_ns),
         topics.SIM_STATUS: status,
         topics.CAPTURE_ASSESSMENT: assessment,
     }
@@ -241,7 +242,7 @@ def fly_planner(f: Fed, disturb: Callable[[], None]) -> list:
             disturb()
             f.feed(topics.mu_status(mu), mu_status(mu, sequence))
     for tick in range(20):
-        f.feed(topics.NET_STATE, net_state(8, tick * PERIOD))
+        f.feed(topics.NET_STATE, net_state(load_system("zenit_8mu"), tick * PERIOD))
         for mu in MUS:
             f.feed(topics.mu_odometry(mu), odometry(topics.mu_frame(mu), tick * PERIOD, (float(mu), 0.0, -2.0)))
         disturb()
@@ -256,7 +257,7 @@ def fly_assessor(f: Fed, disturb: Callable[[], None]) -> list:
         disturb()
         f.feed(topics.DEBRIS_ODOMETRY, odometry("debris", tick * PERIOD, DEBRIS))
         disturb()
-        f.feed(topics.NET_STATE, net_state(8, tick * PERIOD))
+        f.feed(topics.NET_STATE, net_state(load_system("zenit_8mu"), tick * PERIOD))
     return f.heard(topics.CAPTURE_ASSESSMENT)
 
 
@@ -320,7 +321,7 @@ def test_a_simulation_that_diverges_says_the_same_over_ros_as_in_one_call(fed, v
 
 
 def test_no_message_ends_the_command_and_its_outcome_is_written(monkeypatch, domain_id, tmp_path):
-    record = FlightRecord(mu_count=8, seed=1, policy="nominal")
+    record = FlightRecord(system=load_system("zenit_8mu"), seed=1, policy="nominal")
     f = Fed(monkeypatch, lambda _: Monitor(record), ())
     generator = random.Random("command")
     try:

@@ -9,6 +9,7 @@ from tests.unit.test_outcome import ISSUE_KEYS
 from tethernet_bringup.analysis.mission_data import load
 from tethernet_bringup.analysis.punctuality import closing_start, late_decisions
 from tethernet_bringup.bags.reader import open_bag
+from tethernet_core.system import load_system
 from tethernet_ros.conversions import nanoseconds
 
 pytestmark = pytest.mark.ros
@@ -21,7 +22,7 @@ def test_every_node_knows_the_parameters_that_the_command_gives_it():
     from tethernet_planner import assessor_node, planner_node
     from tethernet_sim.ros import sim_node
 
-    classes = mission_parameters.node_classes(8)
+    classes = mission_parameters.node_classes(load_system("zenit_8mu"))
     assert set(classes["sim"]) == set(sim_node.SimNode.PARAMETERS)
     assert set(classes["planner"]) == set(planner_node.PlannerNode.PARAMETERS)
     assert set(classes["assessor"]) == set(assessor_node.AssessorNode.PARAMETERS)

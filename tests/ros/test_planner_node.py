@@ -69,7 +69,7 @@ class Bench:
         self.probe.publish(topics.mu_odometry(mu), message, CONTROL, "planner")
 
     def net(self, tick, center=FAR):
-        message = net_state(8, tick * PERIOD, center)
+        message = net_state(load_system("zenit_8mu"), tick * PERIOD, center)
         # Where it says the MUs are, which no planner could know, is not where their odometry has them.
         message.mu_positions, message.mu_velocities = [9.0] * 24, [1.0] * 24
         self.probe.publish(topics.NET_STATE, message, BULK, "planner")
@@ -161,7 +161,7 @@ def test_a_tick_that_lacks_an_mus_odometry_is_decided_on_when_the_next_one_is_th
 
 
 def test_service_gives_nominal_points_and_explains_refusals(bench):
-    b = bench("mu_count:=4", "policy:=nominal")
+    b = bench("system:=zenit_4mu", "policy:=nominal")
 
     def ask(**request):
         return b.probe.call(topics.PLAN_AIMING_POINTS, PlanAimingPoints, PlanAimingPoints.Request(**request))
@@ -169,11 +169,11 @@ def test_service_gives_nominal_points_and_explains_refusals(bench):
     good = ask(debris_position=Point(x=1.0, y=2.0, z=-50.0))
     assert (good.success, good.policy, len(good.aiming_points)) == (True, "nominal", 4)
     assert (good.aiming_points[3].x, good.aiming_points[3].y, good.aiming_points[3].z) == (13.0, 14.0, -50.0)
-    assert len(ask(debris_position=Point(z=-50.0), mu_count=8).aiming_points) == 8
+    assert len(ask(debris_position=Point(z=-50.0), mu_count=4).aiming_points) == 4
     for request, words in (
         ({"debris_position": Point(z=-70.0)}, "z = -70 m is out of bounds; allowed: -60 to -40 m"),
         ({"debris_position": Point(x=math.nan, z=-50.0)}, "debris_position.x is nan"),
-        ({"debris_position": Point(z=-50.0), "mu_count": 5}, "allowed: 4"),
+        ({"debris_position": Point(z=-50.0), "mu_count": 8}, "points for 8 units; allowed: 4, of system zenit_4mu"),
         ({"debris_position": Point(z=-50.0), "policy": "best"}, "no policy named 'best'; allowed: nominal"),
     ):
         answer = ask(**request)
@@ -208,7 +208,7 @@ def test_over_the_network_policies_have_names_and_no_paths(bench, tmp_path):
 
 def test_where_a_trained_policy_was_never_trained_the_nominal_points_stand_in_and_controllers_are_told(bench, tmp_path):
     policy = tiny_models.policy(tmp_path / "policy.safetensors", 4)
-    b = bench("mu_count:=4", f"policy:={policy}", "debris_bound_xy_m:=12.0")
+    b = bench("system:=zenit_4mu", f"policy:={policy}", "debris_bound_xy_m:=12.0")
 
     def ask(**request):
         return b.probe.call(topics.PLAN_AIMING_POINTS, PlanAimingPoints, PlanAimingPoints.Request(**request))
@@ -220,7 +220,6 @@ def test_where_a_trained_policy_was_never_trained_the_nominal_points_stand_in_an
     assert (outside.success, outside.policy) == (True, FALLBACK)
     assert "was not trained for it (debris at (11, 2, -50) m" in outside.message
     assert (outside.aiming_points[3].x, outside.aiming_points[3].y) == (23.0, 14.0)
-    assert "made for 4 MUs, not for 8" in ask(debris_position=Point(z=-50.0), mu_count=8).message
 
 
 def test_does_not_start_without_debris_or_out_of_bounds_and_stays_waiting(bench):

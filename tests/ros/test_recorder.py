@@ -259,8 +259,7 @@ def test_a_file_in_the_way_is_told(processes, run):
 @pytest.mark.parametrize(
     ("parameters", "told"),
     [
-        ({"mu_count": 5}, "no design with 5 MUs; allowed: 4"),
-        ({"mu_count": 50}, "allowed: 4 to 8"),
+        ({"system": "zenit_5mu"}, "no system 'zenit_5mu'"),
         ({"flush_period_s": 0.0}, "allowed: 0.05 to 60"),
         ({"flush_perod_s": 1.0}, "has no parameter 'flush_perod_s'"),
         ({"run_info": "/nowhere.json"}, "run_info: cannot read /nowhere.json"),

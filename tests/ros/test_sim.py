@@ -64,7 +64,7 @@ class Crew:
 
 
 def start(processes, *parameters: str):
-    return processes.node("tethernet_sim.ros.sim_node", "mu_count:=4", "pace:=lockstep", *parameters)
+    return processes.node("tethernet_sim.ros.sim_node", "system:=zenit_4mu", "pace:=lockstep", *parameters)
 
 
 def test_lockstep_flies_on_answers_and_tells_everything(probe, processes):
@@ -92,7 +92,7 @@ def test_lockstep_flies_on_answers_and_tells_everything(probe, processes):
     true = np.array([crew.net[k].mu_positions[0] for k in range(41)])
     assert 0.01 < (measured - true).std() < 0.06, "noise of 3 sigma = 0.1 m"
     probe.wait_for(lambda: len(markers) >= 4, "markers")
-    assert {marker.ns for marker in markers[0].markers} >= {"rows", "columns", "mus", "debris", "chaser", "tether"}
+    assert {marker.ns for marker in markers[0].markers} >= {"net", "units", "debris", "chaser", "tether"}
     for marker in markers[0].markers:  # RViz warns of a line's scale.y and scale.z
         scale = marker.scale.x, marker.scale.y, marker.scale.z
         is_line = marker.type in {Marker.LINE_LIST, Marker.LINE_STRIP}
@@ -163,7 +163,7 @@ def test_without_the_planners_heartbeat_lockstep_waits_and_then_goes_on(probe, p
 
 
 def test_realtime_pace_goes_on_without_answers(probe, processes):
-    processes.node("tethernet_sim.ros.sim_node", "mu_count:=4", "pace:=realtime")
+    processes.node("tethernet_sim.ros.sim_node", "system:=zenit_4mu", "pace:=realtime")
     crew = Crew(probe, silent=MUS)
     crew.launch()
     crew.fly(25)
@@ -175,7 +175,7 @@ def test_realtime_pace_goes_on_without_answers(probe, processes):
 @pytest.mark.parametrize(
     ("parameter", "words"),
     [
-        ("mu_count:=5", ["5", "4 or 8"]),
+        ("system:=zenit_5mu", ["zenit_5mu", "zenit_4mu, zenit_8mu"]),
         ("friction:=0.3", ["friction", "friction_coefficient"]),
         ("time_step_s:=0.01", ["time_step_s", "0.01"]),
         ("pace:=fast", ["pace", "realtime", "lockstep"]),

@@ -6,11 +6,12 @@ import pytest
 
 from tethernet_bringup.mission import arguments
 from tethernet_bringup.mission.arguments import parse
+from tethernet_core.system import MOST_UNITS, shipped_systems
 
 
 def test_nothing_given_leaves_the_decisions_to_the_parameter_files():
     options = parse([])
-    assert options.mus is None
+    assert options.system is None
     assert options.debris is None
     assert options.seed is None
     assert options.pace is None
@@ -28,7 +29,7 @@ def test_every_flag_is_read():
         "--external-timeout 5"
     )
     options = parse(words.split())
-    assert options.mus == 4
+    assert options.system == "zenit_4mu"
     assert options.debris == (8.9, 6.2, -44.0)
     assert options.attitude == (0.0, 0.0, 0.0, 1.0)
     assert options.tumble == (0.1, -0.02, 0.0)
@@ -56,7 +57,7 @@ def test_domain_comes_from_the_environment(monkeypatch):
 @pytest.mark.parametrize(
     ("words", "given", "allowed"),
     [
-        ("--mus 5", "--mus 5", "4 (winches close the net) or 8"),
+        ("--mus 5", "--mus 5", "4 or 8, or --system"),
         ("--mus eight", "--mus eight", "not a whole number"),
         ("--debris 0 nan -50", "nan", "finite"),
         ("--debris 0 0 -inf", "-inf", "finite"),
@@ -70,8 +71,11 @@ def test_domain_comes_from_the_environment(monkeypatch):
         ("--pace fast", "--pace fast", "realtime or lockstep"),
         ("--discovery world", "--discovery world", "localhost or subnet"),
         ("--domain-id 500", "--domain-id 500", "0 to 232"),
-        ("--external-mu 9", "--external-mu 9", "1 to 8"),
-        ("--mus 4 --external-mu 5", "--external-mu 5", "1 to 4"),
+        ("--system zenit_9mu", "--system zenit_9mu: no such system (did you mean zenit_", "passive_5m"),
+        ("--system no/such.yaml", "--system no/such.yaml", "path of a description"),
+        ("--system hexagonal_6mu --mus 8", "--mus 8 with --system hexagonal_6mu", "--system zenit_8mu"),
+        ("--system=", "--system", "nothing given"),
+        ("--external-mu 25", "--external-mu 25", "1 to 24"),
         ("--external-mu", "--external-mu", "expected at least one argument"),
         ("--external-timeout -3", "--external-timeout -3", "0 s or more"),
         ("--no-sim --pace lockstep", "--pace lockstep", "--pace realtime"),
@@ -112,3 +116,12 @@ def test_bad_usage_is_refused_before_anything_is_installed():
     )
     assert done.returncode == 2
     assert "allowed: 4" in done.stderr
+
+
+def test_mus_is_short_for_the_system_of_that_name():
+    assert parse(["--mus", "8"]).system == parse(["--mus", "8", "--system", "zenit_8mu"]).system == "zenit_8mu"
+
+
+def test_the_names_known_before_the_set_up_are_those_of_the_package():
+    assert arguments.shipped_systems() == shipped_systems()
+    assert arguments.MOST_UNITS == MOST_UNITS

@@ -8,6 +8,7 @@ import pytest
 from tethernet_bringup.mission import outcome
 from tethernet_bringup.mission.outcome import ExitStatus, FlightRecord
 from tethernet_core.mission import Phase
+from tethernet_core.system import load_system
 
 ISSUE_KEYS = {
     "captured", "verdict", "cqi", "cqi_all", "locked_pairs", "trigger_time_s", "end_time_s", "fuel_kg",
@@ -58,7 +59,13 @@ def sim(seconds, late=(0,) * 4):
 
 def flown(captured=True, offset=0.0):
     record = FlightRecord(
-        mu_count=4, seed=1, policy="nominal", commit="abc", start_s=4.0, wall_time_s=20.0, memory_mb=900.0
+        system=load_system("zenit_4mu"),
+        seed=1,
+        policy="nominal",
+        commit="abc",
+        start_s=4.0,
+        wall_time_s=20.0,
+        memory_mb=900.0,
     )
     record.take_state(state(Phase.DEPLOYING, offset))
     record.take_state(state(Phase.COMPLETE, offset, offset + 25.0, offset + 40.0))
@@ -71,7 +78,7 @@ def flown(captured=True, offset=0.0):
 
 
 def test_the_keys_that_users_rely_on_are_there_even_when_nothing_happened():
-    content = outcome.build(FlightRecord(mu_count=8, seed=1, policy="nominal"))
+    content = outcome.build(FlightRecord(system=load_system("zenit_8mu"), seed=1, policy="nominal"))
     assert set(content) >= ISSUE_KEYS
     assert content["captured"] is False
     assert content["fuel_kg"] == [None] * 8
@@ -159,10 +166,12 @@ def test_exit_statuses():
     assert outcome.exit_status(broken) == ExitStatus.FAULT == 1
     assert outcome.verdict(broken) == "recorder died"
     for signal, expected in (("SIGINT", 130), ("SIGTERM", 143), ("SIGHUP", 130)):
-        stopped = FlightRecord(mu_count=4, seed=1, policy="nominal", interrupted_by=signal)
+        stopped = FlightRecord(system=load_system("zenit_4mu"), seed=1, policy="nominal", interrupted_by=signal)
         assert outcome.exit_status(stopped) == expected
         assert signal in outcome.verdict(stopped)
-    assert outcome.exit_status(FlightRecord(mu_count=4, seed=1, policy="nominal")) == ExitStatus.FAULT
+    assert (
+        outcome.exit_status(FlightRecord(system=load_system("zenit_4mu"), seed=1, policy="nominal")) == ExitStatus.FAULT
+    )
 
 
 def test_the_file_is_written_whole_or_not_at_all(tmp_path, monkeypatch):
@@ -190,14 +199,14 @@ def test_the_last_lines_name_the_verdict_the_files_and_what_to_do_next(tmp_path)
 
 
 def test_an_end_before_launch_is_told_although_some_controllers_were_never_heard(tmp_path):
-    record = FlightRecord(mu_count=4, seed=1, policy="nominal")
+    record = FlightRecord(system=load_system("zenit_4mu"), seed=1, policy="nominal")
     record.statuses = {3: status(0.0, fuel=0.0)}
     text = "\n".join(outcome.describe(record, outcome.build(record), tmp_path, ""))
     assert "most by MU 3: 0.000 kg" in text
 
 
 def test_one_clock_gone_wrong_does_not_make_a_mission_longer():
-    record = FlightRecord(mu_count=8, seed=1, policy="nominal")
+    record = FlightRecord(system=load_system("zenit_8mu"), seed=1, policy="nominal")
     assert record.most_flown_s is None
     record.take_state(state(Phase.DEPLOYING, launch=5.0))
     record.statuses = {mu: SimpleNamespace(header=header(12.0)) for mu in range(1, 9)}
@@ -206,7 +215,7 @@ def test_one_clock_gone_wrong_does_not_make_a_mission_longer():
 
 
 def test_states_that_do_not_count_are_not_put_on_record():
-    record = FlightRecord(mu_count=4, seed=1, policy="nominal")
+    record = FlightRecord(system=load_system("zenit_4mu"), seed=1, policy="nominal")
     record.take_state(state(Phase.DEPLOYING, 5.0))
     for forged in (
         state(Phase.COMPLETE, sequence=2**32 - 1),

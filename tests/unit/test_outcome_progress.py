@@ -6,10 +6,11 @@ from tests.unit.test_outcome import assessment, state, status
 from tethernet_bringup.mission.live_display import Display, flight_line
 from tethernet_bringup.mission.outcome import FlightRecord
 from tethernet_core.mission import Phase
+from tethernet_core.system import load_system
 
 
 def record_at(seconds, phase=Phase.DEPLOYING, **times):
-    record = FlightRecord(mu_count=4, seed=1, policy="nominal")
+    record = FlightRecord(system=load_system("zenit_4mu"), seed=1, policy="nominal")
     record.take_state(state(phase, **times))
     record.statuses = {mu: status(seconds) for mu in range(1, 5)}
     record.progress = assessment(seconds)
@@ -35,7 +36,7 @@ def test_plain_lines_come_every_two_seconds_of_mission_time():
     for tick in range(200):
         display.flight(record_at(tick * 0.05))
     lines = out.getvalue().splitlines()
-    assert lines[0].endswith("launch: the MUs pull the net open")
+    assert lines[0].endswith("launch: the units pull the net open")
     assert [line.split()[0] for line in lines[1:]] == ["0.0", "2.0", "4.0", "6.0", "8.0"]
     assert "\x1b" not in out.getvalue()
 

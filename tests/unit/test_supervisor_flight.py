@@ -14,6 +14,7 @@ from tethernet_bringup.mission.live_display import Display
 from tethernet_bringup.mission.outcome import ExitStatus, FlightRecord, exit_status
 from tethernet_bringup.mission.supervisor_settings import SupervisorParameters
 from tethernet_core.parameters import load
+from tethernet_core.system import load_system
 from tethernet_sim.warm_up import COMPILED, COMPILING
 
 
@@ -55,8 +56,8 @@ class Graph:
 
 def fly(crew, interrupts, graph=None, domain_id=900):
     parameters = dataclasses.replace(load(SupervisorParameters), probe_s=0.01)
-    plan = FlightPlan((), 8, (), True, domain_id, 1.0, parameters)
-    record = FlightRecord(mu_count=8, seed=1, policy="nominal")
+    plan = FlightPlan((), load_system("zenit_8mu"), (), True, domain_id, 1.0, parameters)
+    record = FlightRecord(system=load_system("zenit_8mu"), seed=1, policy="nominal")
     display = Display(io.StringIO(), 2.0)
     Flight(plan, crew, interrupts, record, display, time.monotonic(), lambda _: graph or Graph()).fly()
     return record
@@ -157,8 +158,8 @@ class SlowGraph(Graph):
 def test_a_simulator_that_compiles_is_waited_for_beyond_the_patience_with_nodes(tmp_path):
     crew, text = CompilingCrew(tmp_path, looks=200), io.StringIO()
     parameters = dataclasses.replace(load(SupervisorParameters), probe_s=0.01, graph_timeout_s=0.05)
-    plan = FlightPlan((), 8, (), True, 901, 1.0, parameters)
-    record = FlightRecord(mu_count=8, seed=1, policy="nominal")
+    plan = FlightPlan((), load_system("zenit_8mu"), (), True, 901, 1.0, parameters)
+    record = FlightRecord(system=load_system("zenit_8mu"), seed=1, policy="nominal")
     flight = Flight(plan, crew, Interrupts(), record, Display(text, 2.0), time.monotonic(), lambda _: SlowGraph())
     flight.fly()
     assert crew.shown > crew.looks, "it was waited for as long as it said so"
@@ -171,7 +172,7 @@ def test_a_compiler_that_never_ends_is_not_waited_for_for_ever(tmp_path):
     parameters = dataclasses.replace(
         load(SupervisorParameters), probe_s=0.01, graph_timeout_s=0.02, compile_timeout_s=0.1
     )
-    record = FlightRecord(mu_count=8, seed=1, policy="nominal")
-    plan = FlightPlan((), 8, (), True, 902, 1.0, parameters)
+    record = FlightRecord(system=load_system("zenit_8mu"), seed=1, policy="nominal")
+    plan = FlightPlan((), load_system("zenit_8mu"), (), True, 902, 1.0, parameters)
     Flight(plan, crew, Interrupts(), record, Display(io.StringIO(), 2.0), time.monotonic(), lambda _: SlowGraph()).fly()
     assert record.faults[0].startswith("nodes are missing")

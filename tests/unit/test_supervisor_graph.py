@@ -6,6 +6,7 @@ from tethernet_bringup.mission.graph import (
     exclusive_topics,
     expected,
 )
+from tethernet_core.system import load_system
 
 
 class Graph:
@@ -24,8 +25,11 @@ class Graph:
         return GraphCheck(wanted, self.publishers, self.subscribers)
 
 
+ZENIT_4, ZENIT_8 = load_system("zenit_4mu"), load_system("zenit_8mu")
+
+
 def test_a_mission_needs_every_controller_heard_by_simulator_planner_and_recorder():
-    endpoints = expected(8, (), simulated=True)
+    endpoints = expected(ZENIT_8, (), simulated=True)
     assert len(endpoints) == len(set(endpoints))
     for mu in range(1, 9):
         assert Endpoint(f"/mu{mu}/odom", "sim", True) in endpoints
@@ -33,25 +37,25 @@ def test_a_mission_needs_every_controller_heard_by_simulator_planner_and_recorde
         assert Endpoint(f"/mu{mu}/thrust", "recorder", False) in endpoints
         assert Endpoint(f"/mu{mu}/status", "planner", False) in endpoints
         assert Endpoint(f"/mu{mu}/odom", "planner", False) in endpoints
-    assert Endpoint("/mu1/odom", "planner", False) not in expected(4, (), simulated=True), "winches need no plan"
-    assert Endpoint("/mu1/odom", "planner", False) in expected(4, (1, 2, 3, 4), simulated=False)
+    assert Endpoint("/mu1/odom", "planner", False) not in expected(ZENIT_4, (), simulated=True), "winches need no plan"
+    assert Endpoint("/mu1/odom", "planner", False) in expected(ZENIT_4, (1, 2, 3, 4), simulated=False)
 
 
 def test_the_odometry_of_an_external_mu_is_somebody_elses():
-    endpoints = expected(4, (3,), simulated=True)
+    endpoints = expected(ZENIT_4, (3,), simulated=True)
     assert Endpoint("/mu3/odom", "sim", True) not in endpoints
     assert Endpoint("/mu3/odom", "sim", False) in endpoints
     assert Endpoint("/mu3/odom", "recorder", False) in endpoints
 
 
 def test_without_a_simulator_nobody_is_expected_to_simulate():
-    endpoints = expected(8, range(1, 9), simulated=False)
+    endpoints = expected(ZENIT_8, range(1, 9), simulated=False)
     assert not any(endpoint.node == "sim" for endpoint in endpoints)
     assert not any(endpoint.topic == "/net/state" for endpoint in endpoints)
 
 
 def test_what_is_missing_is_named():
-    wanted = expected(4, (), simulated=True)
+    wanted = expected(ZENIT_4, (), simulated=True)
     gone = Endpoint("/mu3/odom", "mu3_controller", False)
     graph = Graph(endpoint for endpoint in wanted if endpoint != gone)
     check = graph.check(wanted)
@@ -64,7 +68,7 @@ def test_what_is_missing_is_named():
 
 
 def test_a_long_list_is_cut_short():
-    check = Graph([]).check(expected(8, (), simulated=True))
+    check = Graph([]).check(expected(ZENIT_8, (), simulated=True))
     assert not check.update()
     assert "in all" in check.describe()
     assert len(check.describe()) < 500
@@ -107,16 +111,16 @@ def test_two_publishers_from_the_start_are_a_crowd():
 
 
 def test_what_only_the_mission_publishes_leaves_out_drivers_and_what_is_everybodys():
-    with_simulator = exclusive_topics(8, (3,), simulated=True)
+    with_simulator = exclusive_topics(ZENIT_8, (3,), simulated=True)
     assert "/mu3/odom" not in with_simulator
     assert {"/mu4/odom", "/mu3/thrust", "/clock", "/net/state", "/debris/odom", "/mission/state"} <= set(with_simulator)
-    without = exclusive_topics(8, range(1, 9), simulated=False)
+    without = exclusive_topics(ZENIT_8, range(1, 9), simulated=False)
     assert not {"/tf", "/diagnostics", "/debris/odom", "/clock", "/mu1/odom"} & set(without)
     assert {"/mu1/thrust", "/planner/heartbeat"} <= set(without)
 
 
 def test_audiences_count_all_subscribers():
-    subscriber_counts = Graph([]).check(expected(8, (), simulated=True)).subscriber_counts()
+    subscriber_counts = Graph([]).check(expected(ZENIT_8, (), simulated=True)).subscriber_counts()
     assert subscriber_counts["sim"]["/mu3/odom"] == 3
     assert subscriber_counts["mu3_controller"]["/mu3/thrust"] == 2
     assert subscriber_counts["planner"]["/mission/state"] == 8 + 4

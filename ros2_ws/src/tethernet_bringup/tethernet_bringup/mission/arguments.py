@@ -136,6 +136,9 @@ def _shield_number(word: str) -> str:
 
 
 def _check(options: argparse.Namespace) -> None:
+    for name in ("output", "policy", "params", "system"):
+        if getattr(options, name) is not None and not getattr(options, name).strip():
+            raise UsageError(f"--{name}: nothing given; allowed: a name")
     _check_system(options)
     options.debris = _numbers("--debris", options.debris)
     options.tumble = _numbers("--tumble", options.tumble)
@@ -146,9 +149,6 @@ def _check(options: argparse.Namespace) -> None:
         given = getattr(options, name)
         if given is not None and given not in allowed:
             raise UsageError(f"--{name} {_cut(given)}: unknown; allowed: {' or '.join(allowed)}")
-    for name in ("output", "policy", "params", "system"):
-        if getattr(options, name) is not None and not getattr(options, name).strip():
-            raise UsageError(f"--{name}: nothing given; allowed: a name")
     options.external_timeout = _number("--external-timeout", options.external_timeout)
     if options.external_timeout < 0.0:
         raise UsageError(f"--external-timeout {options.external_timeout:g}: allowed: 0 s or more")

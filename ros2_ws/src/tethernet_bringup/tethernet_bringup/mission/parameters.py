@@ -16,6 +16,7 @@ from typing import Any
 import yaml
 
 from tethernet_bringup.mission.supervisor_settings import SupervisorParameters
+from tethernet_bringup.mission.trained_models import ModelError, check_models, choose_models
 from tethernet_bringup.nodes import ASSESSOR, MONITOR, PLANNER, RECORDER, SIM, controller, mu_of
 from tethernet_core.parameters import ParameterError, build, defaults, field_types, moved, read_yaml
 from tethernet_core.settings import ControlParameters, MissionParameters
@@ -127,12 +128,15 @@ def resolve(options: argparse.Namespace) -> MissionSetup:
     sources = _apply_system(values, classes, system)
     _apply_file(values, given, options, system, sources)
     _apply_flags(values, options, system, sources)
-    _choose_models(values, system, sources, options.notices)
+    options.notices += choose_models(values, system, sources)
     built = {node: _build(node, kinds, values[node], sources) for node, kinds in classes.items()}
     _check_shared(values)
     _check_recording(values[RECORDER]["extra_topics"], system, sources)
     _check_flight_time(built, sources)
-    models = _check_models(values, system, sources)
+    try:
+        models = check_models(values, system, sources)
+    except ModelError as error:
+        raise MissionParametersError(str(error)) from error
     scenario = next(instance for instance in built[SIM] if isinstance(instance, ScenarioParameters))
     rules = next(instance for instance in built[PLANNER] if isinstance(instance, MissionParameters))
     _check_physics(built[SIM], system, sources)
@@ -343,54 +347,6 @@ def _check_recording(extra_topics: str, system: System, sources: Mapping[tuple[s
         wanted_topics(system.unit_count, extra_topics)
     except ParameterError as error:
         raise MissionParametersError(f"{sources.get((RECORDER, 'extra_topics'), RECORDER + ': ')}{error}") from error
-
-
-def _choose_models(values: Values, system: System, sources: Mapping[tuple[str, str], str], notices: list[str]) -> None:
-    """Where no trained model is shipped for the system and none was asked for, fly without."""
-    from tethernet_planner import policies
-    from tethernet_planner import predictors as prediction
-
-    for node, key, shipped, without, what in (
-        (PLANNER, "policy", policies.RL, policies.NOMINAL, "the nominal aiming points are flown to"),
-        (ASSESSOR, "predictor", prediction.SURROGATE, prediction.NONE, "nothing predicts the outcome"),
-    ):
-        if values[node][key] == shipped and (node, key) not in sources and not _is_shipped(key, system):
-            values[node][key] = without
-            if key == "predictor" or system.units:
-                notices.append(f"no {key} is shipped for system {system.name}: {what}")
-
-
-def _is_shipped(key: str, system: System) -> bool:
-    from tethernet_planner.inference import shipped_models
-
-    kind = {"policy": shipped_models.POLICY, "predictor": shipped_models.SURROGATE}[key]
-    return system.name == f"zenit_{system.unit_count}mu" and shipped_models.place(kind, system.unit_count).is_file()
-
-
-def _check_models(values: Values, system: System, sources: Mapping[tuple[str, str], str]) -> dict[str, str]:
-    """Load what is trained once, before anything starts; returns the hashes of their files.
-
-    Paths become absolute: the nodes need not run in this folder, and the mission may be flown again from another one.
-    """
-    from tethernet_planner import policies
-    from tethernet_planner import predictors as prediction
-    from tethernet_planner.inference import shipped_models
-
-    hashes: dict[str, str | None] = {}
-    policy, predictor = values[PLANNER]["policy"], values[ASSESSOR]["predictor"]
-    try:
-        policies.check(policy, system)
-        hashes["policy"] = policies.fingerprint(policy, system)
-    except policies.PolicyError as error:
-        raise MissionParametersError(f"{sources.get((PLANNER, 'policy'), PLANNER + ': ')}{error}") from error
-    try:
-        prediction.make(predictor, system.unit_count)
-        hashes["predictor"] = prediction.fingerprint(predictor, system.unit_count)
-    except prediction.PredictorError as error:
-        raise MissionParametersError(f"{sources.get((ASSESSOR, 'predictor'), ASSESSOR + ': ')}{error}") from error
-    values[PLANNER]["policy"] = shipped_models.absolute(policy)
-    values[ASSESSOR]["predictor"] = shipped_models.absolute(predictor)
-    return {key: value for key, value in hashes.items() if value}
 
 
 def _check_physics(built: Sequence[Any], system: System, sources: Mapping[tuple[str, str], str]) -> None:
