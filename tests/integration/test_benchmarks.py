@@ -64,6 +64,14 @@ def test_the_mission_benchmark_counts_what_is_flown():
     assert mission.fly_once(scenario, long).capture > 3.0 * mission.fly_once(scenario, short).capture
 
 
+def test_scale():
+    result = last_line(run("scale", "--smoke"), "scale")
+    small, large = result["grid_ns_per_knot_step_529x1"], result["grid_ns_per_knot_step_2025x1"]
+    assert result["growth_of_cost_per_knot"] == pytest.approx(large / small, rel=2e-3)
+    assert result["edge_list_by_grid_most"] > 0.0
+    assert result["memory_peak_mb"] > 50.0
+
+
 @pytest.mark.ros
 def test_graph(domain_id):
     result = last_line(run("graph", "--smoke", "--domain-id", str(domain_id), "--command", MISSION_COMMAND), "graph")
@@ -89,7 +97,13 @@ def test_graph_tells_what_the_mission_said_when_it_fails(command, said):
 
 
 @pytest.mark.parametrize(
-    ("name", "words"), [("engine", ["--turns", "0"]), ("mission", ["--batch", "0"]), ("graph", ["--missions", "0"])]
+    ("name", "words"),
+    [
+        ("engine", ["--turns", "0"]),
+        ("mission", ["--batch", "0"]),
+        ("graph", ["--missions", "0"]),
+        ("scale", ["--turns", "0"]),
+    ],
 )
 def test_nothing_to_measure_is_bad_usage(name, words):
     done = run(name, *words)

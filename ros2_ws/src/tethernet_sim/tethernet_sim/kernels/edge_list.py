@@ -140,19 +140,20 @@ def apply(net, work, pos, vel, kick, time_step):
     for j in range(count):
         c = taut[j]
         a, b, t = one[c], other[c], candidates[c]
-        dx[j], dy[j], dz[j] = x[b] - x[a], y[b] - y[a], z[b] - z[a]
-        squared = dx[j] * dx[j] + dy[j] * dy[j] + dz[j] * dz[j]
-        rate = (vx[b] - vx[a]) * dx[j] + (vy[b] - vy[a]) * dy[j] + (vz[b] - vz[a]) * dz[j]
+        ux, uy, uz = x[b] - x[a], y[b] - y[a], z[b] - z[a]
+        squared = ux * ux + uy * uy + uz * uz
+        rate = (vx[b] - vx[a]) * ux + (vy[b] - vy[a]) * uy + (vz[b] - vz[a]) * uz
+        dx[j], dy[j], dz[j] = ux, uy, uz
         inverse = 1.0 / math.sqrt(squared)
         density[j] = max(stiffness[t] * (1.0 - rest[t] * inverse) + damping[t] * (rate * inverse * inverse), 0.0)
     for j in range(count):
         c = taut[j]
         a, b = one[c], other[c]
-        gain = kick[a] * density[j]
-        vx[a] += gain * dx[j]
-        vy[a] += gain * dy[j]
-        vz[a] += gain * dz[j]
-        gain = kick[b] * density[j]
-        vx[b] -= gain * dx[j]
-        vy[b] -= gain * dy[j]
-        vz[b] -= gain * dz[j]
+        ux, uy, uz, strength = dx[j], dy[j], dz[j], density[j]
+        gain, opposite = kick[a] * strength, kick[b] * strength
+        vx[a] += gain * ux
+        vy[a] += gain * uy
+        vz[a] += gain * uz
+        vx[b] -= opposite * ux
+        vy[b] -= opposite * uy
+        vz[b] -= opposite * uz

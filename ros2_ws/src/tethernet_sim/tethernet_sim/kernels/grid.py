@@ -114,9 +114,10 @@ def measure(pos, vel, taut, count, stride, squared, closing, dx, dy, dz):
     for j in range(count):
         a = taut[j]
         b = a + step
-        dx[j], dy[j], dz[j] = x[b] - x[a], y[b] - y[a], z[b] - z[a]
-        squared[j] = dx[j] * dx[j] + dy[j] * dy[j] + dz[j] * dz[j]
-        closing[j] = (vx[b] - vx[a]) * dx[j] + (vy[b] - vy[a]) * dy[j] + (vz[b] - vz[a]) * dz[j]
+        ux, uy, uz = x[b] - x[a], y[b] - y[a], z[b] - z[a]  # not read back from the rows that they are written to
+        squared[j] = ux * ux + uy * uy + uz * uz
+        closing[j] = (vx[b] - vx[a]) * ux + (vy[b] - vy[a]) * uy + (vz[b] - vz[a]) * uz
+        dx[j], dy[j], dz[j] = ux, uy, uz
 
 
 @inlined
@@ -127,14 +128,14 @@ def pull(vel, taut, count, stride, kick, density, dx, dy, dz):
     for j in range(count):
         a = taut[j]
         b = a + step
-        gain = kick[a] * density[j]
-        vx[a] += gain * dx[j]
-        vy[a] += gain * dy[j]
-        vz[a] += gain * dz[j]
-        gain = kick[b] * density[j]
-        vx[b] -= gain * dx[j]
-        vy[b] -= gain * dy[j]
-        vz[b] -= gain * dz[j]
+        ux, uy, uz, strength = dx[j], dy[j], dz[j], density[j]
+        gain, opposite = kick[a] * strength, kick[b] * strength
+        vx[a] += gain * ux
+        vy[a] += gain * uy
+        vz[a] += gain * uz
+        vx[b] -= opposite * ux
+        vy[b] -= opposite * uy
+        vz[b] -= opposite * uz
 
 
 @inlined
