@@ -41,7 +41,9 @@ def main(argv: list[str] | None = None) -> int:
     options = parser.parse_args(argv)
     if options.turns < 1:
         parser.error(f"--turns {options.turns}: allowed: 1 or more")
-    sides, batches, steps, turns = SIDES, BATCHES, STEPS, options.turns
+    sides: tuple[int, ...] = SIDES
+    batches: tuple[int, ...] = BATCHES
+    steps, turns = STEPS, options.turns
     if options.smoke:
         sides, batches, steps, turns = SMOKE_SIDES, SMOKE_BATCHES, SMOKE_STEPS, 1
 
