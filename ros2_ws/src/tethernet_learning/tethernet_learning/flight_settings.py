@@ -5,16 +5,22 @@ from __future__ import annotations
 import argparse
 import hashlib
 import json
-from collections.abc import Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict
 from typing import Any
 
 from tethernet_core.parameters import ParameterError
 from tethernet_core.system import System
+from tethernet_core.system.changing import changed
 from tethernet_planner import policies
 from tethernet_sim.fly import Settings
 
-HELP = "parameters to replace, PART is physics, control or mission: control.kp=12"
+HELP = (
+    "parameters to replace, PART is physics, control or mission: control.kp=12; or entries of the description: "
+    "system.net.thread.damping_ratio=0.05"
+)
+SYSTEM = "system"
+"""The part whose names are entries of a description."""
 METAVAR = "PART.NAME=VALUE"
 
 
@@ -36,20 +42,39 @@ def add_parameters(parser: argparse.ArgumentParser, more: str = "") -> None:
     parser.add_argument("--set", nargs="+", action="extend", default=[], metavar=METAVAR, help=HELP + more)
 
 
-def settings_of(words: Sequence[str], printed: bool = False, system: System | None = None) -> Settings:
-    """The default parameters, with some replaced.
+def settings_of(words: Sequence[str], systems: Iterable[System], printed: bool = False) -> dict[System, Settings]:
+    """Systems and the parameters that each is flown with, with some entries and values replaced.
 
     Args:
-        words: each PART.NAME=VALUE.
+        words: each PART.NAME=VALUE; where PART is ``system``, NAME is an entry of the description, and the systems are
+            changed by it.
+        systems: that are flown.
         printed: begin with the paper's control as printed.
-        system: that is flown; None: the default one.
+
+    Returns:
+        One for each system, in their order.
 
     Raises:
         ParameterError: for a word of another form, an unknown name, a wrong type or a value out of range.
+        DescriptionError: for an entry of a description that is not there or wrong.
     """
+    overrides = _values(words)
+    entries = overrides.pop(SYSTEM, {})
+    load = Settings.paper if printed else Settings.load
+    flown = [changed(system, entries) for system in systems]
+    return {system: load(system, **overrides) for system in flown}
+
+
+def changed_system(words: Sequence[str], system: System) -> System:
+    """A system with the entries of its description replaced that words name; see :func:`settings_of`."""
+    return changed(system, _values(words).get(SYSTEM, {}))
+
+
+def _values(words: Sequence[str]) -> dict[str, dict[str, Any]]:
+    """What replaces what, by part and name."""
     import yaml
 
-    parts = list(Settings.__dataclass_fields__)
+    parts = [*Settings.__dataclass_fields__, SYSTEM]
     overrides: dict[str, dict[str, Any]] = {}
     for word in words:
         name, equals, value = word.partition("=")
@@ -60,7 +85,12 @@ def settings_of(words: Sequence[str], printed: bool = False, system: System | No
             overrides.setdefault(part, {})[key] = yaml.safe_load(value)
         except yaml.YAMLError as error:
             raise ParameterError(f"--set {word}: {value!r} is no value: {error}") from error
-    return Settings.paper(system, **overrides) if printed else Settings.load(system, **overrides)
+    return overrides
+
+
+def fingerprints(settings: Mapping[System, Settings]) -> dict[str, str]:
+    """Short hash of all parameters of each system's flights, by its name."""
+    return {system.name: settings_fingerprint(one) for system, one in settings.items()}
 
 
 def settings_fingerprint(settings: Settings) -> str:

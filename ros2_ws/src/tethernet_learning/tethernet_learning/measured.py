@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from tethernet_core.errors import InputError
+from tethernet_core.system import System
 from tethernet_learning.flight_digest import flight_digest
 from tethernet_planner.inference import shipped_models
 
@@ -22,23 +23,23 @@ class MeasuredError(InputError):
     """What was measured of a shipped model is missing or damaged: what to do."""
 
 
-def place(kind: str, mu_count: int) -> Path:
+def place(kind: str, system: str) -> Path:
     """Where the measurements of a shipped model belong.
 
     Args:
         kind: one of :data:`.shipped_models.KINDS`.
-        mu_count: 4 or 8.
+        system: name of the system that it is for.
     """
-    return shipped_models.place(kind, mu_count).with_suffix(".json")
+    return shipped_models.place(kind, system).with_suffix(".json")
 
 
-def read(kind: str, mu_count: int) -> dict[str, Any]:
+def read(kind: str, system: str) -> dict[str, Any]:
     """What was measured of a shipped model.
 
     Raises:
         MeasuredError: when it is not there or damaged.
     """
-    file = place(kind, mu_count)
+    file = place(kind, system)
     try:
         content = json.loads(file.read_text(encoding="utf-8"))
     except (OSError, ValueError) as error:
@@ -48,18 +49,20 @@ def read(kind: str, mu_count: int) -> dict[str, Any]:
     return content
 
 
-def stale(kind: str, mu_count: int) -> str:
+def stale(kind: str, system: System) -> str:
     """Why the card of a shipped model does not hold, in a sentence; empty when it does."""
     from tethernet_planner.inference.model_file import file_fingerprint
 
     try:
-        measured = read(kind, mu_count)
+        measured = read(kind, system.name)
     except MeasuredError as error:
-        return f"the card of the {kind} for {mu_count} MUs: {error}"
-    if measured.get("model") != file_fingerprint(shipped_models.place(kind, mu_count)):
+        return f"the card of the {kind} for {system.name}: {error}"
+    if measured.get("model") != file_fingerprint(shipped_models.place(kind, system.name)):
         what = "of another file"
     elif measured.get("flight_digest") != flight_digest():
         what = "on other physics or control, or with other default parameters"
+    elif measured.get("system_digest") != system.digest:
+        what = "for another system of that name"
     else:
         return ""
-    return f"the card of the {kind} for {mu_count} MUs is stale: it was measured {what}; {RENEW} measures anew"
+    return f"the card of the {kind} for {system.name} is stale: it was measured {what}; {RENEW} measures anew"

@@ -52,7 +52,7 @@ class AssessorNode(Node):
         self._system = system = load_system(parameters.system)
         self._mu_count = system.unit_count
         try:
-            predictor = prediction.make(parameters.predictor, self._mu_count)
+            predictor = prediction.make(parameters.predictor, system)
         except prediction.PredictorError as error:
             raise ParameterError(f"AssessorParameters.predictor: {error}") from error
         self._predictor_name = "" if predictor is None else parameters.predictor

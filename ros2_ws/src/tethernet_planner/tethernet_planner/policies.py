@@ -143,7 +143,7 @@ def _trained(name: str) -> bool:
 
 def _points(name: str, system: System, debris_position: Point) -> list[tuple[float, ...]]:
     if _trained(name):
-        points = _model(name, system).aiming_points(system.unit_count, debris_position)
+        points = _model(name, system).aiming_points(system, debris_position)
     else:
         points = _loaded(name)(system, debris_position)
     return [tuple(float(value) for value in point) for point in points]
@@ -151,7 +151,7 @@ def _points(name: str, system: System, debris_position: Point) -> list[tuple[flo
 
 def _file(name: str, system: System) -> Path:
     try:
-        return shipped_models.find(shipped_models.POLICY, name, RL, system.unit_count)
+        return shipped_models.find(shipped_models.POLICY, name, RL, system.name)
     except FileNotFoundError as error:
         raise PolicyError(f"policy {shown(name, SHORT)}: {error}; {NOMINAL} needs none") from error
 
@@ -161,7 +161,7 @@ def _model(name: str, system: System) -> AimingPolicy:
     file = _file(name, system)
     try:
         policy = AimingPolicy.load(file)
-        policy.check_design(system.unit_count)
+        policy.check_system(system)
     except ModelFileError as error:
         raise PolicyError(f"policy {shown(name, SHORT)}: {error}") from error
     return policy

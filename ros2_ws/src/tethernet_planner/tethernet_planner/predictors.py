@@ -7,37 +7,38 @@ from pathlib import Path
 
 from tethernet_core.errors import InputError
 from tethernet_core.shown import SHORT, shown
+from tethernet_core.system import System
 from tethernet_planner.inference import shipped_models
 from tethernet_planner.inference.prediction import Predictor
 
 NONE = "none"
 
 SURROGATE = "surrogate"
-"""The trained surrogate that is shipped for the number of MUs."""
+"""The trained surrogate that is shipped for the system."""
 
-_FACTORIES: dict[str, Callable[[int], Predictor]] = {}
+_FACTORIES: dict[str, Callable[[System], Predictor]] = {}
 
 
 class PredictorError(InputError):
     """No predictor has this name, or it cannot be loaded."""
 
 
-def register(name: str, factory: Callable[[int], Predictor]) -> None:
+def register(name: str, factory: Callable[[System], Predictor]) -> None:
     """Make a predictor known by its name.
 
     Args:
         name: value of the assessor's parameter ``predictor``.
-        factory: makes the predictor for a number of MUs.
+        factory: makes the predictor for a system.
     """
     _FACTORIES[name] = factory
 
 
-def make(name: str, mu_count: int) -> Predictor | None:
+def make(name: str, system: System) -> Predictor | None:
     """The predictor with this name; None for ``none``.
 
     Args:
         name: a name, or the path of a surrogate's file.
-        mu_count: 4 or 8.
+        system: that it is for.
 
     Raises:
         PredictorError: saying what is wrong and what is allowed.
@@ -45,9 +46,9 @@ def make(name: str, mu_count: int) -> Predictor | None:
     if name == NONE:
         return None
     if name in _FACTORIES:
-        return _FACTORIES[name](mu_count)
+        return _FACTORIES[name](system)
     if name == SURROGATE or shipped_models.means_file(name):
-        return _trained(name, mu_count)
+        return _trained(name, system)
     allowed = ", ".join([NONE, *sorted([*_FACTORIES, SURROGATE])])
     raise PredictorError(
         f"no predictor named {shown(repr(name), SHORT)}; allowed: {allowed}, "
@@ -55,7 +56,7 @@ def make(name: str, mu_count: int) -> Predictor | None:
     )
 
 
-def fingerprint(name: str, mu_count: int) -> str | None:
+def fingerprint(name: str, system: System) -> str | None:
     """Short hash of a surrogate's file; None for a predictor without one.
 
     Raises:
@@ -65,24 +66,23 @@ def fingerprint(name: str, mu_count: int) -> str | None:
         return None
     from tethernet_planner.inference.model_file import file_fingerprint
 
-    return file_fingerprint(_file(name, mu_count))
+    return file_fingerprint(_file(name, system))
 
 
-def _trained(name: str, mu_count: int) -> Predictor:
+def _trained(name: str, system: System) -> Predictor:
     from tethernet_planner.inference.surrogate_file import ModelFileError, Surrogate
     from tethernet_planner.inference.surrogate_predictor import SurrogatePredictor
 
-    file = _file(name, mu_count)
+    file = _file(name, system)
     try:
         surrogate = Surrogate.load(file)
-        surrogate.check_design(mu_count)
+        return SurrogatePredictor(surrogate, system)
     except ModelFileError as error:
         raise PredictorError(f"predictor {shown(name, SHORT)}: {error}") from error
-    return SurrogatePredictor(surrogate)
 
 
-def _file(name: str, mu_count: int) -> Path:
+def _file(name: str, system: System) -> Path:
     try:
-        return shipped_models.find(shipped_models.SURROGATE, name, SURROGATE, mu_count)
+        return shipped_models.find(shipped_models.SURROGATE, name, SURROGATE, system.name)
     except FileNotFoundError as error:
         raise PredictorError(f"predictor {shown(name, SHORT)}: {error}; {NONE} needs none") from error

@@ -27,7 +27,7 @@ FARTHEST = 1e6
 def run(options: argparse.Namespace) -> int:
     """Fly, print, write."""
     system = chosen_system(options)
-    settings = flight_settings.settings_of(options.set, options.control == "paper", system)
+    [(system, settings)] = flight_settings.settings_of(options.set, [system], options.control == "paper").items()
     if options.json is not None and not options.json.absolute().parent.is_dir():
         raise InputError(f"--json {options.json}: its folder does not exist")
     [case] = aim([Case(_scenario(options, system), "fly")], options.policy)

@@ -97,6 +97,7 @@ TREE = Group(
             "the shipped models",
             {
                 "install": Leaf("put a model in its place, with its card", f"{_LEARNING}.evaluation.install_model"),
+                "convert": Leaf("bring older models to the present format", f"{_LEARNING}.evaluation.convert_model"),
                 "cards": Leaf("measure them anew, write their cards", f"{_LEARNING}.evaluation.renew_cards"),
             },
         ),

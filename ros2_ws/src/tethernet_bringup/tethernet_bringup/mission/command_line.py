@@ -152,6 +152,7 @@ def _fly(
 
 def stale_cards(setup: MissionSetup) -> list[str]:
     """Why the figures given of the shipped models do not hold for what flies here; empty texts where they do."""
+    from tethernet_core.layout import system_of
     from tethernet_learning import measured
     from tethernet_planner import policies
     from tethernet_planner import predictors as prediction
@@ -161,7 +162,7 @@ def stale_cards(setup: MissionSetup) -> list[str]:
         shipped_models.POLICY: setup.policy == policies.RL,
         shipped_models.SURROGATE: setup.nodes["assessor"].get("predictor") == prediction.SURROGATE,
     }
-    return [measured.stale(kind, setup.system.unit_count) for kind, chosen in flies.items() if chosen]
+    return [measured.stale(kind, setup.system) for kind, chosen in flies.items() if chosen]
 
 
 def _report(record: FlightRecord, folder: RunFolder, display: Display) -> ExitStatus:

@@ -80,8 +80,8 @@ def check_models(values: Values, system: System, sources: Sources) -> dict[str, 
     except ValueError as error:
         raise ModelError(f"{sources.get((PLANNER, 'policy'), PLANNER + ': ')}{error}") from error
     try:
-        prediction.make(predictor, system.unit_count)
-        hashes["predictor"] = prediction.fingerprint(predictor, system.unit_count)
+        prediction.make(predictor, system)
+        hashes["predictor"] = prediction.fingerprint(predictor, system)
     except ValueError as error:
         raise ModelError(f"{sources.get((ASSESSOR, 'predictor'), ASSESSOR + ': ')}{error}") from error
     values[PLANNER]["policy"] = shipped_models.absolute(policy)
@@ -92,4 +92,4 @@ def check_models(values: Values, system: System, sources: Sources) -> dict[str, 
 def _is_shipped(kind: str, system: System) -> bool:
     from tethernet_planner.inference import shipped_models
 
-    return system.name == f"zenit_{system.unit_count}mu" and shipped_models.place(kind, system.unit_count).is_file()
+    return shipped_models.place(kind, system).is_file()

@@ -24,7 +24,9 @@ def add_attitude(parser: Parser) -> None:
     """Options of ``campaign attitude``."""
     _add_flight(parser)
     _add_seeded(parser)
-    _add_count(parser, "--directions", 200, "directions of the long axis, evenly spread over the hemisphere")
+    _add_count(
+        parser, "--directions", 200, "directions of the debris' long axis (of another where it has none), evenly spread"
+    )
     _add_count(parser, "--each", 5, "missions for each direction")
 
 
@@ -63,22 +65,26 @@ def add_file(parser: Parser) -> None:
     """Options of ``campaign file``."""
     _add_flight(parser)
     parser.add_argument("--scenarios", type=Path, required=True, metavar="FILE", help=".csv or .parquet")
+    parser.add_argument(
+        "--system", nargs="+", default=[], metavar="NAME|FILE", help="own systems that its column system names"
+    )  # fmt: skip
 
 
 def add_table(parser: Parser) -> None:
     """Options of ``campaign table``."""
     _add_files(parser)
-    parser.add_argument("--by", nargs="+", metavar="COLUMN", help="columns to group by; default mus policy group")
+    parser.add_argument("--by", nargs="+", metavar="COLUMN", help="columns to group by; default system policy group")
 
 
 def add_plot(parser: Parser) -> None:
     """Options of ``campaign plot``."""
     parser.add_argument(
         "map", choices=("attitude", "tumble"),
-        help="attitude: over the direction of the long axis; tumble: over rate and axis of the tumble",
+        help="attitude: over the direction of the long axis, or of another; tumble: over rate and axis of the tumble",
     )  # fmt: skip
     _add_files(parser)
     parser.add_argument("--output", type=Path, required=True, metavar="PICTURE", help=".png, .svg or .pdf")
+    parser.add_argument("--system", nargs="+", default=[], metavar="NAME|FILE", help="own systems that were flown")
 
 
 def _add_files(parser: Parser) -> None:

@@ -1,4 +1,4 @@
-"""Picture: how often the capture succeeds, over the direction of the debris' long axis."""
+"""Picture: how often the capture succeeds, over the direction of the debris' long axis, or another one."""
 
 from __future__ import annotations
 
@@ -7,9 +7,10 @@ from typing import Any
 
 import numpy as np
 
-from tethernet_core.layout import design
 from tethernet_learning.campaigns import pictures, sphere
+from tethernet_learning.campaigns.body_axis import body_axis
 from tethernet_learning.campaigns.columns import Row
+from tethernet_learning.campaigns.flown_systems import FlownSystems
 
 LARGEST_CELLS = 600
 """More directions than these are gathered in cells of equal size."""
@@ -20,38 +21,42 @@ MARKS = {"row (x)": 0.0, "diagonal": 45.0, "column (y)": 90.0, "other diagonal":
 """Directions across the approach [deg from x]."""
 
 
-def draw(rows: Sequence[Row]) -> Any:
-    """Draw the map, one column of panels for each design: captured above, locked pairs below.
+def draw(rows: Sequence[Row], systems: FlownSystems) -> Any:
+    """Draw the map, one column of panels for each system: captured above, locked pairs below.
 
     Args:
         rows: of outcomes, at least one.
+        systems: that they are of.
 
     Returns:
         A matplotlib figure.
     """
-    designs = pictures.by_design(rows)
-    figure = pictures.new_figure(5.6 * len(designs) + 0.4, 10.4)
-    panels = figure.subplots(2, len(designs), squeeze=False)
-    for column, (mus, flown) in zip(panels.T, designs.items(), strict=True):
-        axes, cell = _cells(flown)
+    groups = pictures.by_system(rows)
+    figure = pictures.new_figure(5.6 * len(groups) + 0.4, 10.4)
+    panels = figure.subplots(2, len(groups), squeeze=False)
+    for column, (name, flown) in zip(panels.T, groups.items(), strict=True):
+        system = systems.of_row(flown[0])
+        axis = body_axis(system)
+        axes, cell = _cells(flown, axis.direction)
         count = np.bincount(cell, minlength=len(axes))
         captured = np.bincount(cell, [bool(row["captured"]) for row in flown], len(axes)) / np.maximum(count, 1)
         pairs_locked = np.array([row["locked_pairs"] for row in flown], float)
         locked = np.bincount(cell, pairs_locked, len(axes)) / np.maximum(count, 1)
         used = count > 0
         each = f"{count[used].min()}" if np.ptp(count[used]) == 0 else f"{count[used].min()} to {count[used].max()}"
-        pairs, needed = design(mus).max_locked_pairs, design(mus).required_locked_pairs
+        pairs, needed = system.closing.max_locked_pairs, system.capture.required_locked_pairs
         for panel, value, top, label in (
             (column[0], 100.0 * captured, 100.0, "captured [%]"),
-            (column[1], locked, pairs, f"locked pairs, mean (of {pairs}; {needed} needed)"),
+            (column[1], locked, max(pairs, 1), f"locked pairs, mean (of {pairs}; {needed} needed)"),
         ):
             image = _paint(panel, axes[used], value[used], top)
             figure.colorbar(image, ax=panel, label=label, orientation="horizontal", shrink=0.8, pad=0.02)
         column[0].set_title(
-            f"{mus} MUs: {pictures.counts_text(flown)}\n{used.sum()} directions; missions for each: {each}", fontsize=10
+            f"{name}: {pictures.counts_text(flown)}\n{axis.name}, {used.sum()} directions; missions for each: {each}",
+            fontsize=10,
         )
     figure.suptitle(
-        "Direction of the debris' long axis, either end of it,\n"
+        "Direction of the debris' axis, either end of it,\n"
         "on an equal-area map of the hemisphere:\n"
         "along the approach in the middle, across it at the rim",
         fontsize=11,
@@ -59,10 +64,10 @@ def draw(rows: Sequence[Row]) -> Any:
     return figure
 
 
-def _cells(rows: Sequence[Row]) -> tuple[np.ndarray, np.ndarray]:
+def _cells(rows: Sequence[Row], axis: Sequence[float]) -> tuple[np.ndarray, np.ndarray]:
     """Directions that stand for the missions, shape (n, 3), and the number of each mission's one, shape (missions,)."""
     attitudes = np.array([[row[f"debris_attitude_{axis}"] for axis in "xyzw"] for row in rows], float)
-    axes = sphere.long_axes(attitudes)
+    axes = sphere.axes_of(attitudes, axis)
     directions, cell = np.unique(np.round(axes, 6), axis=0, return_inverse=True)
     if len(directions) > LARGEST_CELLS:
         directions = sphere.directions(CELLS, hemisphere=True)

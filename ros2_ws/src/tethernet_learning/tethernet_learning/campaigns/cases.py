@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 from tethernet_core.aiming import FALLBACK, nominal_aiming_points
-from tethernet_core.layout import system_of
 from tethernet_learning.campaigns.columns import Row, columns, flatten
 from tethernet_planner import policies
 from tethernet_sim.scenario import Outcome, Scenario
@@ -30,25 +29,34 @@ LABELS = {"index": int, "group": str, "policy": str}
 """Columns of an outcomes file besides those of scenario and outcome."""
 
 
-def outcome_columns() -> dict[str, type]:
-    """All columns of an outcomes file. What scenario and outcome both tell (seed, mus) is there once."""
-    return {**LABELS, **columns(Scenario), **columns(Outcome)}
+def outcome_columns(units: int) -> dict[str, type]:
+    """All columns of an outcomes file. What scenario and outcome both tell (system, seed) is there once.
+
+    Args:
+        units: of the system that has most.
+    """
+    return {**LABELS, **columns(Scenario, units), **columns(Outcome, units)}
 
 
-def row(index: int, case: Case, outcome: Outcome) -> Row:
-    """A line of an outcomes file."""
+def most_units(cases: Iterable[Case]) -> int:
+    """Units of the system that has most."""
+    return max((case.scenario.mus for case in cases), default=0)
+
+
+def row(index: int, case: Case, outcome: Outcome, units: int) -> Row:
+    """A line of an outcomes file with columns for so many units."""
     labels: Row = {"index": index, "group": case.group, "policy": case.policy}
-    return {**labels, **flatten(case.scenario), **flatten(outcome)}
+    return {**labels, **flatten(case.scenario, units), **flatten(outcome, units)}
 
 
 def aim(cases: Sequence[Case], policy: str) -> list[Case]:
     """Let a policy aim every case that has no aiming points of its own; one that it fails at becomes an error.
 
     Raises:
-        PolicyError: when the policy is unknown, cannot be loaded, or was made for another design than one of the cases.
+        PolicyError: when the policy is unknown, cannot be loaded, or was made for another system than one of the cases.
     """
-    for mus in sorted({case.scenario.mus for case in cases}):
-        policies.check(policy, system_of(mus))
+    for system in dict.fromkeys(case.scenario.system for case in cases):
+        policies.check(policy, system)
     return [case if case.scenario.aiming_offsets is not None else _aimed(case, policy) for case in cases]
 
 

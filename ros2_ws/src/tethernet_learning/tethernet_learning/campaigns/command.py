@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import dataclasses
 import functools
 from collections.abc import Callable, Sequence
 from pathlib import Path
@@ -10,7 +11,8 @@ from typing import Any
 
 from tethernet_core.command import INTERRUPTED
 from tethernet_core.subcommand import Parser, Subcommand
-from tethernet_core.system.option import chosen_systems, family_units
+from tethernet_core.system import System, load_system
+from tethernet_core.system.option import chosen_systems
 from tethernet_learning.campaigns import (
     arguments,
     attitude_map,
@@ -23,9 +25,10 @@ from tethernet_learning.campaigns import (
 from tethernet_learning.campaigns import variations as sources
 from tethernet_learning.campaigns.cases import Case, aim
 from tethernet_learning.campaigns.errors import CampaignError
+from tethernet_learning.campaigns.flown_systems import FlownSystems
 from tethernet_learning.campaigns.results import Results
 from tethernet_learning.campaigns.run import resume
-from tethernet_learning.flight_settings import settings_of
+from tethernet_learning.flight_settings import changed_system, settings_of
 from tethernet_planner import policies
 from tethernet_sim.fly import Settings
 
@@ -38,17 +41,17 @@ NOTES = (
 )
 EXIT_STATUS = "exit status: 0 done, 1 a fault, 2 bad usage, 130 interrupted (the same command goes on)"
 
-Make = Callable[[argparse.Namespace, Settings], tuple[list[Case], dict[str, Any]]]
-"""Cases of a campaign, those of one design after the other, which share batches; and the options that made them."""
+Flights = dict[System, Settings]
+Make = Callable[[argparse.Namespace], tuple[list[Case], Flights, dict[str, Any]]]
+"""Cases of a campaign, those of one system after the other, which share batches; the parameters of each system; and the
+options that made them."""
 
 
 def _fly(make: Make, options: argparse.Namespace) -> int:
     _check_folder(options.output)
-    settings = settings_of(options.set, options.control == "paper")
-    cases, source = make(options, settings)
+    cases, settings, source = make(options)
     cases = aim(cases, options.policy)
-    flown = {case.scenario.mus: case.scenario.system for case in cases}
-    models = {str(mus): policies.fingerprint(options.policy, system) for mus, system in flown.items()}
+    models = {system.name: policies.fingerprint(options.policy, system) for system in settings}
     source |= {"policy": options.policy, "policy_models": models, "control": options.control}
     description = provenance.describe(source, cases, settings)
     with Results(options.output, description) as results:
@@ -59,40 +62,46 @@ def _fly(make: Make, options: argparse.Namespace) -> int:
     return 0
 
 
-def _of_file(options: argparse.Namespace, settings: Settings) -> tuple[list[Case], dict[str, Any]]:
-    cases = scenario_file.read(options.scenarios)
-    return sorted(cases, key=lambda case: case.scenario.mus), {"name": "file"}
+def _of_file(options: argparse.Namespace) -> tuple[list[Case], Flights, dict[str, Any]]:
+    read = scenario_file.read(options.scenarios, [load_system(name) for name in options.system])
+    as_given = list(dict.fromkeys(case.scenario.system for case in read))
+    flown = {system: changed_system(options.set, system) for system in as_given}
+    cases = [
+        dataclasses.replace(case, scenario=dataclasses.replace(case.scenario, system=flown[case.scenario.system]))
+        for case in read
+    ]
+    settings = settings_of(options.set, as_given, options.control == "paper")
+    return sorted(cases, key=lambda case: (case.scenario.mus, case.scenario.system.name)), settings, {"name": "file"}
 
 
 def _of_seed(
     name: str,
     options_told: Sequence[str],
-    make: Callable[[int, argparse.Namespace, Settings], list[Case]],
+    make: Callable[[System, argparse.Namespace, Settings], list[Case]],
     options: argparse.Namespace,
-    settings: Settings,
-) -> tuple[list[Case], dict[str, Any]]:
-    designs = family_units(chosen_systems(options))
-    source = {"name": name, "mus": designs, **{option: getattr(options, option) for option in options_told}}
-    return [case for mus in designs for case in make(mus, options, settings)], source
+) -> tuple[list[Case], Flights, dict[str, Any]]:
+    settings = settings_of(options.set, chosen_systems(options), options.control == "paper")
+    source = {"name": name, **{option: getattr(options, option) for option in options_told}}
+    return [case for system, one in settings.items() for case in make(system, options, one)], settings, source
 
 
-def _random(mus: int, options: argparse.Namespace, settings: Settings) -> list[Case]:
-    return sources.random_positions(mus, options.scenarios, options.seed, settings.mission)
+def _random(system: System, options: argparse.Namespace, settings: Settings) -> list[Case]:
+    return sources.random_positions(system, options.scenarios, options.seed, settings.mission)
 
 
-def _attitudes(mus: int, options: argparse.Namespace, settings: Settings) -> list[Case]:
-    return sources.attitudes(mus, options.directions, options.each, options.seed, settings.mission)
+def _attitudes(system: System, options: argparse.Namespace, settings: Settings) -> list[Case]:
+    return sources.attitudes(system, options.directions, options.each, options.seed, settings.mission)
 
 
-def _tumbles(mus: int, options: argparse.Namespace, settings: Settings) -> list[Case]:
+def _tumbles(system: System, options: argparse.Namespace, settings: Settings) -> list[Case]:
     random = options.attitude == "random"
     return sources.tumbles(
-        mus, options.rates, options.axes, options.each, options.seed, settings.mission, random
+        system, options.rates, options.axes, options.each, options.seed, settings.mission, random
     )  # fmt: skip
 
 
-def _losses(mus: int, options: argparse.Namespace, settings: Settings) -> list[Case]:
-    return sources.losses(mus, options.scenarios, options.seed, settings.mission, options.latest, options.kinds)
+def _losses(system: System, options: argparse.Namespace, settings: Settings) -> list[Case]:
+    return sources.losses(system, options.scenarios, options.seed, settings.mission, options.latest, options.kinds)
 
 
 def _table(options: argparse.Namespace) -> None:
@@ -102,7 +111,8 @@ def _table(options: argparse.Namespace) -> None:
 def _plot(options: argparse.Namespace) -> None:
     pictures.check_suffix(options.output)
     _check_folder(options.output)
-    pictures.save(MAPS[options.map](report.read(options.files)), options.output)
+    systems = FlownSystems([load_system(name) for name in options.system], options.files)
+    pictures.save(MAPS[options.map](report.read(options.files), systems), options.output)
     print(options.output)
 
 
@@ -147,7 +157,7 @@ FILE = _campaign(
 )  # fmt: skip
 TABLE = Subcommand(
     "Statistics of outcomes files: captures and fuel with their 95 % intervals, locked pairs, CQI, errors.",
-    ("loss.parquet --by mus failure_kind",), _table, arguments.add_table,
+    ("loss.parquet --by system failure_kind",), _table, arguments.add_table,
 )  # fmt: skip
 PLOT = Subcommand(
     "Draw a map of outcomes files.",

@@ -47,10 +47,11 @@ def check_suffix(path: Path) -> None:
         raise CampaignError(f"{path}: unknown kind of picture; allowed: names that end in {', '.join(SUFFIXES)}")
 
 
-def by_design(rows: Sequence[Row]) -> dict[int, list[Row]]:
-    """Rows by number of MUs, 4 first."""
-    counts = sorted({mus for row in rows if isinstance(mus := row["mus"], int)})
-    return {mus: [row for row in rows if row["mus"] == mus] for mus in counts}
+def by_system(rows: Sequence[Row]) -> dict[str, list[Row]]:
+    """Rows by name of the system, those with fewer units first."""
+    units = {str(row["system"]): int(row["mus"] or 0) for row in rows}
+    names = sorted(units, key=lambda name: (units[name], name))
+    return {name: [row for row in rows if row["system"] == name] for name in names}
 
 
 def counts_text(rows: Sequence[Row]) -> str:

@@ -9,28 +9,34 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict
 from typing import Any
 
-from tethernet_learning.campaigns.cases import Case
+from tethernet_core.system import System
+from tethernet_learning.campaigns.cases import Case, most_units
+from tethernet_learning.campaigns.flown_systems import descriptions
 from tethernet_learning.source_digest import digest, source_digest
 from tethernet_sim.fly import Settings
 
-FORMAT = 1
+FORMAT = 2
+"""2: systems by name and description; 1 knew them by their number of units."""
 SHOWN_DIFFERENCES = 8
 
 
-def describe(source: Mapping[str, Any], cases: Sequence[Case], settings: Settings) -> dict[str, Any]:
+def describe(source: Mapping[str, Any], cases: Sequence[Case], settings: Mapping[System, Settings]) -> dict[str, Any]:
     """Describe a campaign, ready for JSON.
 
     Args:
         source: the options that made the scenarios.
         cases: all of them.
-        settings: parameters of all flights.
+        settings: parameters of the flights, by system.
     """
     description = {
         "format": FORMAT,
         "source": dict(source),
         "scenarios": len(cases),
-        "scenarios_sha256": digest(repr(case).encode() for case in cases),
-        "settings": asdict(settings),
+        "scenarios_sha256": digest(_text_of(case).encode() for case in cases),
+        "units": most_units(cases),
+        "systems": descriptions(list(settings)),
+        "system_digests": {system.name: system.digest for system in settings},
+        "settings": {system.name: asdict(one) for system, one in settings.items()},
         "code_sha256": source_digest(),
         "versions": {
             "python": ".".join(platform.python_version_tuple()[:2]),
@@ -38,6 +44,10 @@ def describe(source: Mapping[str, Any], cases: Sequence[Case], settings: Setting
         },
     }
     return json.loads(json.dumps(description))  # tuples become lists, as after reading
+
+
+def _text_of(case: Case) -> str:
+    return repr((case.scenario.record(), case.group, case.policy, case.error))
 
 
 def differences(made_by: Mapping[str, Any], now: Mapping[str, Any]) -> list[str]:

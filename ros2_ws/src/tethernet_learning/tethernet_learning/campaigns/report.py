@@ -8,13 +8,14 @@ from pathlib import Path
 
 from tethernet_learning.campaigns import tables
 from tethernet_learning.campaigns.cases import outcome_columns
-from tethernet_learning.campaigns.columns import Row, Value, in_words, rebuild
+from tethernet_learning.campaigns.columns import SYSTEM, Row, Value, in_words, rebuild, units_in
 from tethernet_learning.campaigns.errors import CampaignError
+from tethernet_learning.campaigns.flown_systems import FlownSystems
 from tethernet_learning.campaigns.statistics import Estimate, Summary, summarise
 from tethernet_sim.scenario import Outcome
 
-GROUPED_BY = ("mus", "policy", "group")
-NEEDED = (*GROUPED_BY, "captured", "locked_pairs", "cqi")
+GROUPED_BY = ("system", "policy", "group")
+NEEDED = ("mus", "policy", "group", "captured", "locked_pairs", "cqi")
 """Without these it is no outcomes file."""
 HEAD = (
     "missions", "captured %", "fuel per MU, g", "to the trigger, g", "CQI", "CQI, MUs counted", "errors",
@@ -33,7 +34,11 @@ def read(paths: Iterable[Path]) -> list[Row]:
         lacks = [name for name in NEEDED if name not in tables.header(path)]
         if lacks:
             raise CampaignError(f"{path} is no outcomes file: it has no column {', '.join(lacks)}")
-        rows += tables.read(path, outcome_columns())
+        units = units_in(tables.header(path))
+        for row in tables.read(path, outcome_columns(units)):
+            if row.get(SYSTEM) is None:  # older than the column
+                row[SYSTEM] = FlownSystems().of_row(row).name
+            rows.append(row)
     if not rows:
         raise CampaignError("there is no mission in it")
     return rows
@@ -50,8 +55,9 @@ def table(rows: Sequence[Row], by: Sequence[str] = GROUPED_BY) -> list[str]:
         CampaignError: for a column that there is not.
     """
     for name in by:
-        if name not in outcome_columns():
-            raise CampaignError(f"no column {name!r} to group by; allowed: {in_words(outcome_columns())}")
+        known = outcome_columns(units_in(rows[0]))
+        if name not in known:
+            raise CampaignError(f"no column {name!r} to group by; allowed: {in_words(known)}")
     groups: dict[tuple[Value, ...], list[Outcome]] = {}
     for row in rows:
         groups.setdefault(tuple(row.get(name) for name in by), []).append(rebuild(Outcome, row))

@@ -40,6 +40,7 @@ class Results:
         tables.check_suffix(path)
         self.path = path
         self._total = description["scenarios"]
+        self._columns = outcome_columns(description["units"])
         self._description_path = path.with_name(path.name + ".json")
         self._part_path = path.with_name(path.name + ".part")
         self.rows: list[Row] = []
@@ -47,7 +48,7 @@ class Results:
         self._file: BufferedRandom | None = None
         self._check(description)
         if path.exists():
-            self.rows = tables.read(path, outcome_columns())
+            self.rows = tables.read(path, self._columns)
             if len(self.rows) != self._total:
                 raise CampaignError(f"{path} has {len(self.rows)} rows instead of {self._total}; {self._advice}")
         else:
@@ -83,7 +84,7 @@ class Results:
         Raises:
             OSError: when it cannot be written; nothing is lost then.
         """
-        tables.write(self.path, outcome_columns(), self.rows)
+        tables.write(self.path, self._columns, self.rows)
         self._part_path.unlink()
 
     def __enter__(self) -> Results:

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
-from tethernet_learning.campaigns.cases import Case, row
+from tethernet_core.system import System
+from tethernet_learning.campaigns.cases import Case, most_units, row
 from tethernet_learning.campaigns.chunks import fly_chunks
 from tethernet_learning.campaigns.progress import Progress
 from tethernet_learning.campaigns.results import Results
@@ -13,9 +14,11 @@ from tethernet_sim import cores
 from tethernet_sim.fly import Settings
 
 
-def resume(results: Results, cases: Sequence[Case], settings: Settings, chunk: int, cluster: str | None = None) -> bool:
+def resume(
+    results: Results, cases: Sequence[Case], settings: Mapping[System, Settings], chunk: int, cluster: str | None = None
+) -> bool:
     """Fly what is not flown yet; False when interrupted."""
-    done = len(results.rows)
+    done, units = len(results.rows), most_units(cases)
     before = f", {done} flown before" if done else ""
     where = f"on the cluster at {cluster}" if cluster else f"on {cores.told()}"
     print(f"{len(cases)} missions{before}; {chunk} at a time {where}", file=sys.stderr)
@@ -23,7 +26,7 @@ def resume(results: Results, cases: Sequence[Case], settings: Settings, chunk: i
     try:
         for flown in fly_chunks(cases[done:], settings, chunk, cluster):
             begin = len(results.rows)
-            results.add([row(begin + i, cases[begin + i], outcome) for i, outcome in enumerate(flown)])
+            results.add([row(begin + i, cases[begin + i], outcome, units) for i, outcome in enumerate(flown)])
             progress.add(len(flown), sum(bool(outcome.error) for outcome in flown))
         results.finish()
     except KeyboardInterrupt:

@@ -1,8 +1,9 @@
-"""Directions spread evenly over the sphere, and the debris' attitude from the direction of its long axis."""
+"""Directions spread evenly over the sphere, and the debris' attitude from the direction of one of its axes."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -26,18 +27,19 @@ def directions(count: int, hemisphere: bool = False) -> np.ndarray:
     return np.column_stack([around * np.cos(GOLDEN_ANGLE * number), around * np.sin(GOLDEN_ANGLE * number), z])
 
 
-def attitude_along(direction: np.ndarray) -> tuple[float, float, float, float]:
-    """The attitude that turns the body's long axis z into a direction by the shortest way.
+def attitude_along(direction: np.ndarray, axis: Sequence[float] = (0.0, 0.0, 1.0)) -> tuple[float, float, float, float]:
+    """The attitude that turns the body's axis into a direction by the shortest way.
 
     Args:
         direction: unit vector, frame launch, shape (3,).
+        axis: unit vector, body frame.
 
     Returns:
         Unit quaternion x y z w, body to launch.
     """
     from scipy.spatial.transform import Rotation
 
-    rotation, _ = Rotation.align_vectors([direction], [[0.0, 0.0, 1.0]])
+    rotation, _ = Rotation.align_vectors([direction], [axis])
     return tuple(rotation.as_quat(canonical=True).tolist())
 
 
@@ -47,18 +49,19 @@ def random_attitude(random: np.random.Generator) -> tuple[float, float, float, f
     return tuple((quaternion / np.linalg.norm(quaternion)).tolist())
 
 
-def long_axes(attitudes: np.ndarray) -> np.ndarray:
-    """The long axes of debris, signed so that z is not negative.
+def axes_of(attitudes: np.ndarray, axis: Sequence[float]) -> np.ndarray:
+    """The directions of an axis of debris, signed so that z is not negative.
 
     Args:
         attitudes: unit quaternions x y z w, body to launch, shape (n, 4).
+        axis: unit vector, body frame.
 
     Returns:
         Unit vectors, frame launch, shape (n, 3).
     """
     from scipy.spatial.transform import Rotation
 
-    axes = Rotation.from_quat(attitudes).apply([0.0, 0.0, 1.0])
+    axes = Rotation.from_quat(attitudes).apply(axis)
     return np.where(axes[:, 2:] < 0.0, -axes, axes)
 
 

@@ -35,7 +35,8 @@ class Summary:
     success: Estimate
     """Captured of all; a mission in error counts as not captured."""
     fuel_kg: Estimate | None
-    """Mean over missions of the mean fuel of one MU, launch to end [kg]; None when every mission ended in error."""
+    """Mean over missions of the mean fuel of one MU, launch to end [kg]; None when every mission ended in error, or
+    nothing has units."""
     fuel_at_trigger_kg: Estimate | None
     """The same, launch to the start of closing [kg]."""
     cqi: float | None
@@ -95,8 +96,8 @@ def summarise(outcomes: Sequence[Outcome]) -> Summary:
         captured=captured,
         errors=len(outcomes) - len(good),
         success=share(captured, len(outcomes)),
-        fuel_kg=mean([float(np.mean(outcome.fuel_kg)) for outcome in good]),
-        fuel_at_trigger_kg=mean([float(np.mean(outcome.fuel_at_trigger_kg)) for outcome in good]),
+        fuel_kg=mean([float(np.mean(outcome.fuel_kg)) for outcome in good if outcome.fuel_kg]),
+        fuel_at_trigger_kg=mean([float(np.mean(outcome.fuel_at_trigger_kg)) for outcome in good if outcome.fuel_kg]),
         cqi=None if cqi is None else cqi.value,
         cqi_all=None if cqi_all is None else cqi_all.value,
         locked_pairs=dict(sorted(Counter(outcome.locked_pairs for outcome in outcomes).items())),

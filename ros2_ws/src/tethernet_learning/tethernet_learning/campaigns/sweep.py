@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import dataclasses
 import sys
 from pathlib import Path
 from typing import Any
@@ -12,16 +11,17 @@ import numpy as np
 
 from tethernet_core.command import INTERRUPTED
 from tethernet_core.errors import InputError
-from tethernet_core.layout import design, system_of
 from tethernet_core.subcommand import Parser, Subcommand, whole_number
-from tethernet_core.system import System, load_system
-from tethernet_core.system.option import DEFAULT, add_system, chosen_system, family, family_units
+from tethernet_core.system import System, load_system, shipped_systems
+from tethernet_core.system.changing import changed
+from tethernet_core.system.option import DEFAULT, add_system, chosen_system
 from tethernet_learning.campaigns import pictures, provenance
 from tethernet_learning.campaigns import variations as sources
 from tethernet_learning.campaigns.columns import rebuild
 from tethernet_learning.campaigns.results import Results
 from tethernet_learning.campaigns.run import resume
 from tethernet_learning.campaigns.statistics import Summary, summarise
+from tethernet_learning.flight_settings import changed_system
 from tethernet_sim.fly import Settings
 
 CHUNK = 64
@@ -65,35 +65,32 @@ STIFFNESSES_N_M = (50.0, 200.0, 1000.0)
 """Of the closing thread, beside the default one, which the map is made with."""
 
 
-def option_settings() -> dict[str, Settings]:
+def option_settings(system: System) -> dict[str, Settings]:
     """The settings of each option, by its name."""
     return {
-        name: (Settings.paper if printed else Settings.load)(control=control, mission=mission)
+        name: (Settings.paper if printed else Settings.load)(system, control=control, mission=mission)
         for name, (printed, control, mission) in OPTIONS.items()
     }
 
 
-def winch_systems(name: str) -> dict[str, System]:
+def winch_systems(system: System) -> dict[str, System]:
     """A system with each winch, by its name: the map of speed and tension, then the thread's stiffness."""
     winches = {
-        f"{speed:g} m/s, {tension:g} N": load_system(
-            name, {"closing.winch.speed_m_s": speed, "closing.winch.tension_n": tension}
+        f"{speed:g} m/s, {tension:g} N": changed(
+            system, {"closing.winch.speed_m_s": speed, "closing.winch.tension_n": tension}
         )
         for speed in SPEEDS_M_S
         for tension in TENSIONS_N
     }
-    threads = {f"default, {k:g} N/m": load_system(name, {"closing.winch.stiffness_n_m": k}) for k in STIFFNESSES_N_M}
+    threads = {f"default, {k:g} N/m": changed(system, {"closing.winch.stiffness_n_m": k}) for k in STIFFNESSES_N_M}
     return {**winches, **threads}
 
 
-def fly(
-    variants: dict[str, tuple[System, Settings]], mus: int, count: int, seed: int, folder: Path
-) -> dict[str, Summary] | None:
+def fly(variants: dict[str, tuple[System, Settings]], count: int, seed: int, folder: Path) -> dict[str, Summary] | None:
     """Fly every variant, each into a file of its own; what is there already is not flown again.
 
     Args:
         variants: systems and settings by name.
-        mus: 4 or 8.
         count: scenarios of each.
         seed: of the scenarios.
         folder: for the files.
@@ -108,16 +105,12 @@ def fly(
 
     found = {}
     for number, (name, (system, settings)) in enumerate(variants.items(), start=1):
-        cases = [
-            dataclasses.replace(case, scenario=dataclasses.replace(case.scenario, system=system))
-            for case in sources.random_positions(mus, count, seed, settings.mission)
-        ]
-        source = {"name": "sweep", "variant": name, "mus": [mus], "seed": seed, "scenarios": count}
-        source["system"] = system.digest
-        file = folder / f"{mus}mu_{number:02d}.csv"
-        with Results(file, provenance.describe(source, cases, settings)) as results:
+        cases = sources.random_positions(system, count, seed, settings.mission)
+        source = {"name": "sweep", "variant": name, "seed": seed, "scenarios": count}
+        file = folder / f"{system.name}_{number:02d}.csv"
+        with Results(file, provenance.describe(source, cases, {system: settings})) as results:
             print(f"{number} of {len(variants)}: {name}", file=sys.stderr)
-            if not results.complete and not resume(results, cases, settings, CHUNK):
+            if not results.complete and not resume(results, cases, {system: settings}, CHUNK):
                 return None
             found[name] = summarise([rebuild(Outcome, row) for row in results.rows])
     return found
@@ -128,11 +121,11 @@ def mean_pairs(summary: Summary) -> float:
     return sum(pairs * missions for pairs, missions in summary.locked_pairs.items()) / summary.count
 
 
-def table(found: dict[str, Summary], mus: int) -> list[str]:
+def table(found: dict[str, Summary], system: System) -> list[str]:
     """The statistics as lines of a Markdown table."""
-    limit = design(mus).max_locked_pairs
+    limit = system.closing.max_locked_pairs
     lines = [
-        f"| {mus} MUs | captured | fuel per MU, kg | until the trigger, kg | pairs of {limit}, mean |",
+        f"| {system.name} | captured | fuel per unit, kg | until the trigger, kg | pairs of {limit}, mean |",
         "|---|---|---|---|---|",
     ]
     for name, summary in found.items():
@@ -142,9 +135,10 @@ def table(found: dict[str, Summary], mus: int) -> list[str]:
     return lines
 
 
-def draw_winches(found: dict[str, Summary]) -> Any:
+def draw_winches(found: dict[str, Summary], system: System) -> Any:
     """Success and locked pairs over the winch's speed and tension, as a figure."""
     figure = pictures.new_figure(11.0, 4.6)
+    limit, needed = system.closing.max_locked_pairs, system.capture.required_locked_pairs
     shape = len(SPEEDS_M_S), len(TENSIONS_N)
     mapped = list(found.values())[: shape[0] * shape[1]]
     success = np.array([100.0 * s.success.value for s in mapped]).reshape(shape)
@@ -152,7 +146,7 @@ def draw_winches(found: dict[str, Summary]) -> Any:
     panels = figure.subplots(1, 2)
     for panel, values, title, low, high in (
         (panels[0], success, "captured [%]", 0.0, 100.0),
-        (panels[1], pairs, "locked pairs of 12, mean", 4.0, 12.0),
+        (panels[1], pairs, f"locked pairs of {limit}, mean", 0.5 * needed, float(limit)),
     ):
         image = panel.imshow(values.T, origin="lower", aspect="auto", vmin=low, vmax=high, cmap="viridis")
         panel.set_xticks(range(shape[0]), [f"{v:g}" for v in SPEEDS_M_S])
@@ -169,29 +163,36 @@ def draw_winches(found: dict[str, Summary]) -> Any:
 
 def run(options: argparse.Namespace) -> int:
     """Fly, print the table, write it and the picture; gives 130 when interrupted."""
-    [mus] = family_units([_system(options)])
-    variants = {name: (system_of(mus), settings) for name, settings in option_settings().items()}
+    base = _system(options)
     if options.what == "winch":
-        variants = {name: (system, Settings.load(system)) for name, system in winch_systems("zenit_4mu").items()}
+        variants = {name: (system, Settings.load(system)) for name, system in winch_systems(base).items()}
+    else:
+        variants = {name: (base, settings) for name, settings in option_settings(base).items()}
     options.output.mkdir(parents=True, exist_ok=True)
-    found = fly(variants, mus, options.scenarios, options.seed, options.output)
+    found = fly(variants, options.scenarios, options.seed, options.output)
     if found is None:
         return INTERRUPTED
-    lines = table(found, mus)
-    (options.output / f"{options.what}_{mus}mu.md").write_text("\n".join(lines) + "\n", encoding="utf-8")
+    lines = table(found, base)
+    (options.output / f"{options.what}_{base.name}.md").write_text("\n".join(lines) + "\n", encoding="utf-8")
     if options.what == "winch":
-        pictures.save(draw_winches(found), options.output / "winch.png")
+        pictures.save(draw_winches(found, base), options.output / "winch.png")
     print("\n".join(lines))
     return 0
 
 
 def _system(options: argparse.Namespace) -> System:
     """Raises: InputError: where a sweep of the winch shall fly a system without one."""
-    winched = [system for system in family() if system.closing.kind == "winch"]
-    system = chosen_system(options, winched[0].name if options.what == "winch" else DEFAULT)
-    if options.what == "winch" and system not in winched:
-        allowed = ", ".join(system.name for system in winched)
-        raise InputError(f"--system {system.name}: closes by {system.closing.kind}; allowed with winch: {allowed}")
+    if options.what != "winch":
+        return changed_system(options.set, chosen_system(options))
+    shipped = [load_system(name) for name in shipped_systems()]
+    winched = [system.name for system in shipped if system.closing.kind == "winch"]
+    with_units = [name for name in winched if load_system(name).unit_count]
+    system = changed_system(options.set, chosen_system(options, (with_units or winched)[0]))
+    if system.closing.kind != "winch":
+        raise InputError(
+            f"--system {system.name}: closes by {system.closing.kind}; allowed with winch: systems that are closed by "
+            f"winches, of the shipped ones {', '.join(winched)}"
+        )
     return system
 
 
@@ -201,6 +202,10 @@ def _add_arguments(parser: Parser) -> None:
     add_system(parser, required=False, default=f"{DEFAULT}; winch: the one that has winches")
     add("--scenarios", type=whole_number(1), default=40, metavar="N", help="of each setting, default 40")
     add("--seed", type=whole_number(0), default=0, metavar="N", help="of the scenarios, default 0")
+    add(
+        "--set", nargs="+", action="extend", default=[], metavar="system.ENTRY=VALUE",
+        help="entries of the description to replace: system.net.thread.damping_ratio=0.05",
+    )  # fmt: skip
     add("--output", type=Path, required=True, metavar="FOLDER", help="for outcomes, table and picture")
 
 

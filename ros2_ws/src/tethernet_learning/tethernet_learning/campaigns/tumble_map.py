@@ -9,7 +9,9 @@ from typing import Any
 import numpy as np
 
 from tethernet_learning.campaigns import pictures, sphere
+from tethernet_learning.campaigns.body_axis import body_axis
 from tethernet_learning.campaigns.columns import Row
+from tethernet_learning.campaigns.flown_systems import FlownSystems
 from tethernet_learning.campaigns.statistics import share
 
 LARGEST_RATES = 14
@@ -21,37 +23,39 @@ STILL_DEG_S = 1e-6
 """Slower than this there is no axis."""
 
 
-def draw(rows: Sequence[Row]) -> Any:
-    """Draw the map, one line of panels for each design: captured over the rate; over rate and axis.
+def draw(rows: Sequence[Row], systems: FlownSystems) -> Any:
+    """Draw the map, one line of panels for each system: captured over the rate; over rate and axis.
 
     Args:
         rows: of outcomes, at least one.
+        systems: that they are of.
 
     Returns:
         A matplotlib figure.
     """
-    designs = pictures.by_design(rows)
-    figure = pictures.new_figure(15.0, 4.6 * len(designs) + 0.6)
-    panels = figure.subplots(len(designs), 3, squeeze=False, width_ratios=(1.0, 1.25, 1.25))
+    groups = pictures.by_system(rows)
+    figure = pictures.new_figure(15.0, 4.6 * len(groups) + 0.6)
+    panels = figure.subplots(len(groups), 3, squeeze=False, width_ratios=(1.0, 1.25, 1.25))
     image = None
-    for line, (mus, flown) in zip(panels, designs.items(), strict=True):
+    for line, (name, flown) in zip(panels, groups.items(), strict=True):
+        axis = body_axis(systems.of_row(flown[0]))
         captured = np.array([bool(row["captured"]) for row in flown])
-        rate, to_long_axis, to_approach = _angles(flown)
+        rate, to_long_axis, to_approach = _angles(flown, axis.direction)
         rate = _classes(rate)
         _curve(line[0], rate, captured)
-        line[0].set_title(f"{mus} MUs: {pictures.counts_text(flown)}", fontsize=10)
-        for panel, angle, name in ((line[1], to_long_axis, "the long axis"), (line[2], to_approach, "the approach")):
+        line[0].set_title(f"{name}: {pictures.counts_text(flown)}", fontsize=10)
+        for panel, angle, to in ((line[1], to_long_axis, f"the {axis.name}"), (line[2], to_approach, "the approach")):
             drawn = _cells(panel, rate, angle, captured)
             image = drawn if drawn is not None else image
-            panel.set_ylabel(f"angle of the tumble axis to {name} [deg]")
-            panel.set_title(f"{mus} MUs: tumble axis and {name}", fontsize=10)
+            panel.set_ylabel(f"angle of the tumble axis to {to} [deg]")
+            panel.set_title(f"{name}: tumble axis and {to}", fontsize=10)
     if image is not None:
         figure.colorbar(image, ax=list(panels[:, 1:].flat), label="captured [%]", shrink=0.8)
     figure.suptitle("Captured over the debris' tumble rate and the direction of its tumble axis at launch", fontsize=12)
     return figure
 
 
-def _angles(rows: Sequence[Row]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def _angles(rows: Sequence[Row], axis: Sequence[float]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Rates [deg/s] and the angles of the tumble axis to the long axis and to the approach, 0 to 90 [deg]; NaN where
     nothing tumbles.
     """
@@ -60,7 +64,7 @@ def _angles(rows: Sequence[Row]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     size = np.linalg.norm(rates, axis=1)
     moving = np.degrees(size) > STILL_DEG_S
     axes = rates / np.where(moving, size, np.nan)[:, None]
-    along = np.abs(np.column_stack([axes[:, 2], sphere.in_launch_frame(attitudes, axes)[:, 2]]))
+    along = np.abs(np.column_stack([axes @ np.asarray(axis), sphere.in_launch_frame(attitudes, axes)[:, 2]]))
     angles = np.degrees(np.arccos(np.clip(along, 0.0, 1.0)))
     return np.degrees(size), angles[:, 0], angles[:, 1]
 

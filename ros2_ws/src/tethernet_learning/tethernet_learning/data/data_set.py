@@ -13,23 +13,22 @@ import numpy as np
 
 from tethernet_core.atomic_file import write_whole
 from tethernet_core.capture_quality import deciding
-from tethernet_core.layout import system_of
-from tethernet_core.system import System
+from tethernet_core.system import DescriptionError, System, system_from_text
 from tethernet_learning.flown import CQI_LIMIT
 from tethernet_planner.inference.net_features import feature_count
 from tethernet_sim.scenario import Outcome, Scenario
 
 COLUMNS = {
     "number": ("-", "number of the scenario in its stream"),
-    "mus": ("-", "number of MUs"),
+    "mus": ("-", "number of units"),
     "noise_seed": ("-", "seed of the scenario's sensor noise"),
     "debris_position_m": ("m", "debris' centre of mass at launch, x y z, frame launch"),
     "aiming_offsets_m": ("m", "dx dy of each MU's aiming point from the nominal one, MU 1 first"),
     "features": (
         "m, m/s",
         "the net at the start of closing: x y z vx vy vz of each node relative to the debris' centre of mass; nodes: "
-        "rings 0, 4 and 9 from the corner at row 0, column 0 along the columns and round (88, 56, 16 knots), the "
-        "central knot, the MUs; null where closing never began",
+        "up to three loops of the net, the first its border, the central node, the units; null where closing "
+        "never began",
     ),
     "error": ("-", "why the simulation failed; empty"),
     "captured": ("-", "settled CQI below the threshold of the settings and enough locked pairs"),
@@ -45,22 +44,23 @@ COLUMNS = {
 """Columns with unit and meaning."""
 
 
-def schema(mus: int, about: dict[str, Any]) -> Any:
+def schema(system: System, about: dict[str, Any]) -> Any:
     """The Parquet schema.
 
     Args:
-        mus: number of MUs.
+        system: that is flown.
         about: seed, settings, commit: kept in the file.
     """
     import pyarrow as pa
 
+    mus = system.unit_count
     types = {
         "number": pa.int64(),
         "mus": pa.int8(),
         "noise_seed": pa.int64(),
         "debris_position_m": pa.list_(pa.float64(), 3),
         "aiming_offsets_m": pa.list_(pa.float64(), 2 * mus),
-        "features": pa.list_(pa.float32(), feature_count(mus)),
+        "features": pa.list_(pa.float32(), feature_count(system)),
         "error": pa.string(),
         "captured": pa.bool_(),
         "cqi": pa.float64(),
@@ -117,11 +117,18 @@ def write(path: Path, table: Any) -> None:
     write_whole(path, lambda partial: pq.write_table(table, partial, compression="zstd"))
 
 
-def description(mus: int, about: dict[str, Any]) -> str:
+def description(system: System, about: dict[str, Any]) -> str:
     """The data set's description as Markdown."""
     facts = [f"- {name}: {value}" for name, value in about.items() if not isinstance(value, dict)]
     lines = [f"| {name} | {unit} | {text} |" for name, (unit, text) in COLUMNS.items()]
-    head = [f"# Captures with {mus} MUs, flown in full", "", *facts, "", "| column | unit | meaning |", "|---|---|---|"]
+    head = [
+        f"# Captures by {system.name}, flown in full",
+        "",
+        *facts,
+        "",
+        "| column | unit | meaning |",
+        "|---|---|---|",
+    ]
     return "\n".join([*head, *lines, ""])
 
 
@@ -129,8 +136,7 @@ def description(mus: int, about: dict[str, Any]) -> str:
 class Captures:
     """The scenarios of a data set in which closing began: what a surrogate learns from."""
 
-    mus: int
-    features: np.ndarray  # (n, 990 or 1014) float32
+    features: np.ndarray  # (n, inputs) float32
     """See :mod:`.net_features`."""
     cqi: np.ndarray  # (n,)
     """Settled, the one that decides, at most CQI_LIMIT."""
@@ -145,7 +151,7 @@ class Captures:
     about: dict[str, Any]
     """Seed, settings, commit."""
     system: System
-    """By which captures were judged."""
+    """That was flown, and by which captures were judged."""
 
     def chosen(self, which: np.ndarray) -> Captures:
         """Some of them, by index or mask; the counts stay those of the whole data set."""
@@ -165,7 +171,7 @@ def captures(
     """The same of flights that were not written down.
 
     Args:
-        outcomes: of one design.
+        outcomes: of one system.
         seen: what a surrogate sees of each; None where closing never began.
         about: facts.
         system: by which the captures were judged.
@@ -173,10 +179,8 @@ def captures(
     kept = [
         (outcome, row) for outcome, row in zip(outcomes, seen, strict=True) if row is not None and not outcome.error
     ]
-    mus = outcomes[0].mus
     return Captures(
-        mus,
-        np.array([row for _, row in kept], np.float32).reshape(-1, feature_count(mus)),
+        np.array([row for _, row in kept], np.float32).reshape(-1, feature_count(system)),
         np.minimum([deciding(o.cqi, o.cqi_all, system) for o, _ in kept], CQI_LIMIT),
         np.array([o.locked_pairs for o, _ in kept], float),
         np.array([sum(o.fuel_kg) - sum(o.fuel_at_trigger_kg) for o, _ in kept]),
@@ -206,8 +210,8 @@ def read(path: Path) -> Captures:
     if about is None or names | {"cqi_all"} != set(COLUMNS) or not len(table):
         raise ValueError(f"{path} is no data set; allowed: what tethernet data make writes")
     facts = json.loads(about)
-    mus = table["mus"][0].as_py()
-    system = system_of(mus)
+    system = _system(path, facts)
+    mus = system.unit_count
     decides = deciding("cqi", "cqi_all", system)
     if decides not in names:
         raise ValueError(f"{path} has no column {decides}, by which its captures are judged; make it anew")
@@ -218,8 +222,7 @@ def read(path: Path) -> Captures:
     )
     flat = kept["features"].combine_chunks().flatten().to_numpy(zero_copy_only=False)
     return Captures(
-        mus,
-        np.array(flat, np.float32).reshape(-1, feature_count(mus)),
+        np.array(flat, np.float32).reshape(-1, feature_count(system)),
         np.minimum(np.array(kept[decides].to_pylist(), float), CQI_LIMIT),
         np.array(kept["locked_pairs"].to_pylist(), float),
         (fuel - at_trigger).sum(axis=1),
@@ -229,3 +232,23 @@ def read(path: Path) -> Captures:
         facts,
         system,
     )
+
+
+def _system(path: Path, facts: dict[str, Any]) -> System:
+    """What was flown, as the file describes it."""
+    text = facts.get("description", {}).get("text")
+    if text is None:
+        raise ValueError(
+            f"{path} does not say which system was flown: it was made before data sets held its description; make it "
+            "anew with tethernet data make"
+        )
+    try:
+        system = system_from_text(text, folder=path.parent, source=str(path))
+    except DescriptionError as error:
+        raise ValueError(f"{path}: the description of its system cannot be read: {error}") from error
+    if system.digest != facts.get("system_digest"):
+        raise ValueError(
+            f"{path}: its description of system {system.name} does not make the system that was flown any more; make "
+            "it anew with tethernet data make"
+        )
+    return system

@@ -12,43 +12,46 @@ from typing import Any
 
 from tethernet_core import atomic_file
 from tethernet_core.subcommand import Parser, Subcommand, whole_number
-from tethernet_core.system.option import add_system, chosen_system, family_units
+from tethernet_core.system import System
+from tethernet_core.system.option import add_system, chosen_system
 from tethernet_learning import run_folder, workers
 from tethernet_learning.data import data_set
 from tethernet_learning.data.spread import random_offsets
 from tethernet_learning.data.trigger import fly_and_look
+from tethernet_learning.evaluation.paper_figures import PAPER
 from tethernet_learning.flight_settings import settings_fingerprint
 from tethernet_learning.random_scenarios import random_scenarios
 from tethernet_learning.run_progress import Progress
 from tethernet_learning.seeds import Purpose, generators
 from tethernet_planner.inference import model_file
+from tethernet_planner.inference.model_file import MadeFor
 from tethernet_sim.fly import Settings
 from tethernet_sim.scenario import Scenario
 
 SPLITS = {"train": Purpose.SURROGATE_TRAINING, "test": Purpose.SURROGATE_TEST}
-TRAIN_COUNT = {4: 2540, 8: 2790}
-"""As in the paper."""
+TRAIN_COUNT = 2790
+"""Training scenarios where the paper has no number for the system."""
 TEST_COUNT = 200
 PART = 32
 """Scenarios flown and written down together."""
 LEAST_FAILURES = 0.2
 
 
-def scenarios(mus: int, split: str, seed: int, begin: int, count: int) -> list[Scenario]:
+def scenarios(system: System, split: str, seed: int, begin: int, count: int) -> list[Scenario]:
     """Scenarios of a data set, aiming points spread widely.
 
     Args:
-        mus: 4 or 8.
+        system: that is flown.
         split: one of SPLITS.
         seed: of the data set.
         begin: number of the first.
         count: how many.
     """
-    plain = random_scenarios(mus, SPLITS[split], seed, begin, count)
+    plain = random_scenarios(system, SPLITS[split], seed, begin, count)
     spread = []
     for scenario, random in zip(plain, generators(SPLITS[split], seed, begin, count), strict=True):
         # A stream of its own for the offsets: children of the scenario's sequence.
-        offsets = random_offsets(random.spawn(1)[0], mus)
+        offsets = random_offsets(random.spawn(1)[0], system)
         spread.append(dataclasses.replace(scenario, aiming_offsets=tuple(map(tuple, offsets.tolist()))))
     return spread
 
@@ -57,7 +60,7 @@ def scenarios(mus: int, split: str, seed: int, begin: int, count: int) -> list[S
 class Part:
     """Some scenarios of a data set that are flown and written down together."""
 
-    mus: int
+    system: System
     split: str
     """One of SPLITS."""
     seed: int
@@ -67,14 +70,14 @@ class Part:
 
     def fly(self, settings: Settings) -> list[dict[str, Any]]:
         """The rows of the table."""
-        flown = scenarios(self.mus, self.split, self.seed, self.begin, self.count)
+        flown = scenarios(self.system, self.split, self.seed, self.begin, self.count)
         outcomes, seen = fly_and_look(flown, settings, stop_at_trigger=False)
         return data_set.rows(self.begin, flown, outcomes, seen)
 
 
 def make(
     folder: Path,
-    mus: int,
+    system: System,
     split: str,
     count: int,
     seed: int,
@@ -86,7 +89,7 @@ def make(
 
     Args:
         folder: gets the file, and a folder with its parts.
-        mus: 4 or 8.
+        system: that is flown.
         split: one of SPLITS.
         count: scenarios in all.
         seed: of the data set.
@@ -105,14 +108,14 @@ def make(
 
     parts = folder / f"{split}.parts"
     parts.mkdir(exist_ok=True)
-    form = data_set.schema(mus, {**about, "split": split, "count": count})
+    form = data_set.schema(system, {**about, "split": split, "count": count})
     files = {
-        parts / f"{begin:06d}.parquet": Part(mus, split, seed, begin, min(PART, count - begin))
+        parts / f"{begin:06d}.parquet": Part(system, split, seed, begin, min(PART, count - begin))
         for begin in range(0, count, PART)
     }
     missing = [file for file in files if not file.exists()]
     done = count - sum(files[file].count for file in missing)
-    progress = Progress(f"{split} scenarios with {mus} MUs", count, done)
+    progress = Progress(f"{split} scenarios of {system.name}", count, done)
     flown = workers.run(functools.partial(Part.fly, settings=settings), [files[file] for file in missing], cluster)
     for file, rows in zip(missing, flown, strict=True):
         data_set.write(file, pa.Table.from_pylist(rows, form))
@@ -127,15 +130,21 @@ def make(
 
 def run(options: argparse.Namespace) -> None:
     """Fly and write."""
-    settings = Settings.load()
-    [mus] = family_units([chosen_system(options)])
-    counts = {"train": TRAIN_COUNT[mus] if options.train is None else options.train, "test": options.test}
-    facts = {"mus": mus, "seed": options.seed, "flight_parameters": settings_fingerprint(settings)}
+    system = chosen_system(options)
+    settings = Settings.load(system)
+    train = PAPER[system.name].train_scenarios if system.name in PAPER else TRAIN_COUNT
+    counts = {"train": train if options.train is None else options.train, "test": options.test}
+    facts = {**MadeFor.of(system).as_json(), "seed": options.seed, "flight_parameters": settings_fingerprint(settings)}
     run_folder.claim(options.output, {"command": "make_data", **facts, "counts": counts})
-    about = {**facts, "commit": model_file.commit(), "settings": dataclasses.asdict(settings)}
+    about = {
+        **facts,
+        "commit": model_file.commit(),
+        "settings": dataclasses.asdict(settings),
+        "description": {"text": system.to_yaml()},
+    }
     for split, count in counts.items():
         began = time.monotonic()
-        file = make(options.output, mus, split, count, options.seed, settings, about, options.cluster)
+        file = make(options.output, system, split, count, options.seed, settings, about, options.cluster)
         captures = data_set.read(file)
         share = captures.failures / captures.scenarios
         lost = int((~captures.captured).sum())
@@ -145,14 +154,14 @@ def run(options: argparse.Namespace) -> None:
         )
         if share < LEAST_FAILURES:
             print(f"warning: fewer than {100 * LEAST_FAILURES:.0f} % failures in {split}", file=sys.stderr)
-    atomic_file.write_text(options.output / "README.md", data_set.description(mus, {**about, **counts}))
+    atomic_file.write_text(options.output / "README.md", data_set.description(system, {**about, **counts}))
 
 
 def _add_arguments(parser: Parser) -> None:
     add = parser.add_argument
     add_system(parser)
     add("--output", type=Path, required=True, metavar="FOLDER", help="train.parquet, test.parquet")
-    add("--train", type=whole_number(1), metavar="N", help="training scenarios, default 2540 (4 MUs) or 2790 (8)")
+    add("--train", type=whole_number(1), metavar="N", help=f"training scenarios, default the paper's, or {TRAIN_COUNT}")
     add("--test", type=whole_number(1), default=TEST_COUNT, metavar="N", help=f"test scenarios, default {TEST_COUNT}")
     add("--seed", type=whole_number(0), default=0, metavar="N", help="of the data set, default 0")
     add("--cluster", metavar="ADDRESS", help=workers.HELP)

@@ -14,9 +14,9 @@ from typing import Any
 import numpy as np
 
 from tethernet_core.errors import InputError
-from tethernet_core.layout import system_of
 from tethernet_core.subcommand import Parser, Subcommand, whole_number
-from tethernet_core.system.option import add_system, chosen_system, family_units
+from tethernet_core.system import System
+from tethernet_core.system.option import add_system, chosen_system
 from tethernet_learning import run_folder
 from tethernet_learning.data.make_data import scenarios as data_scenarios
 from tethernet_learning.flown import CQI_LIMIT, from_outcomes
@@ -32,11 +32,11 @@ _PART = 40
 """Scenarios between two lines of progress."""
 
 
-def measure(mus: int, count: int, seed: int, settings: Settings) -> dict[str, Any]:
+def measure(system: System, count: int, seed: int, settings: Settings) -> dict[str, Any]:
     """Fly test scenarios of a data set twice, the knots displaced by different micrometres when closing begins.
 
     Args:
-        mus: 4 or 8.
+        system: that is flown.
         count: scenarios.
         seed: of the data set.
         settings: of the flights.
@@ -46,21 +46,22 @@ def measure(mus: int, count: int, seed: int, settings: Settings) -> dict[str, An
         ``bound``, the share in which a surrogate that knows everything but those micrometres can be right at the most;
         standard deviations of the difference of CQI (both below 20) and locked pairs, over the square root of two.
     """
-    progress = Progress(f"scenarios with {mus} MUs, twice", count, 0)
+    progress = Progress(f"scenarios of {system.name}, twice", count, 0)
     first, second = [], []
     for begin in range(0, count, _PART):
-        chosen = data_scenarios(mus, "test", seed, begin, min(_PART, count - begin))
+        chosen = data_scenarios(system, "test", seed, begin, min(_PART, count - begin))
         first += _displaced(chosen, settings, 2 * begin)
         second += _displaced(chosen, settings, 2 * begin + 1)
         progress.tell(len(first))
     closed = [i for i, outcome in enumerate(first) if outcome.trigger_time_s is not None]
     if not closed:
         raise InputError(f"closing began in none of {count} scenarios; take more")
-    a, b = (from_outcomes([outcomes[i] for i in closed], system_of(mus)) for outcomes in (first, second))
+    a, b = (from_outcomes([outcomes[i] for i in closed], system) for outcomes in (first, second))
     differ = float((a.captured != b.captured).mean())
     both = (a.cqi < CQI_LIMIT) & (b.cqi < CQI_LIMIT)
     return {
-        "mus": mus,
+        "system": system.name,
+        "system_digest": system.digest,
         "scenarios": count,
         "seed": seed,
         "displacement_m": DISPLACEMENT_M,
@@ -84,8 +85,8 @@ def _displaced(chosen: Sequence[Scenario], settings: Settings, seed: int) -> lis
 
 def run(options: argparse.Namespace) -> None:
     """Measure and print."""
-    [mus] = family_units([chosen_system(options)])
-    run_folder.tell(measure(mus, options.scenarios, options.seed, Settings.load()), options.output)
+    system = chosen_system(options)
+    run_folder.tell(measure(system, options.scenarios, options.seed, Settings.load(system)), options.output)
 
 
 def _add_arguments(parser: Parser) -> None:

@@ -22,19 +22,20 @@ def fly_and_look(
     """Fly scenarios and note what a surrogate sees.
 
     Args:
-        scenarios: of one design.
+        scenarios: of one system.
         settings: of the flights.
         stop_at_trigger: fly no further than the start of closing.
         progress: as in :func:`tethernet_sim.fly.fly_many`.
 
     Returns:
-        Outcomes, and for each scenario the features at the start of closing, shape (990,) or (1014,), from the arrays
-        as published; None where closing never began.
+        Outcomes, and for each scenario the features at the start of closing, from the arrays as
+        published; None where closing never began.
     """
     seen: list[np.ndarray | None] = [None] * len(scenarios)
 
     def look(number: int, world: World, index: int) -> None:
         seen[number] = features(
+            scenarios[number].system,
             world.knots_as_published(index),
             world.knot_velocities_as_published(index),
             world.mus_as_published(index),

@@ -6,13 +6,14 @@ import argparse
 import json
 import sys
 import time
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 from tethernet_core import atomic_file
 from tethernet_core.subcommand import Parser, Subcommand, whole_number
-from tethernet_core.system.option import add_systems, chosen_systems, family_units
+from tethernet_core.system import System
+from tethernet_core.system.option import add_systems, chosen_systems
 from tethernet_learning import flight_settings, measured, workers
 from tethernet_learning.campaigns import pictures, tables
 from tethernet_learning.campaigns.cases import outcome_columns, row
@@ -21,7 +22,7 @@ from tethernet_learning.campaigns.records import plain
 from tethernet_learning.evaluation import report as evaluation_report
 from tethernet_learning.evaluation.policy_scores import Evaluated, as_json, contenders, evaluate
 from tethernet_learning.flight_digest import flight_digest
-from tethernet_learning.flight_settings import settings_fingerprint
+from tethernet_learning.flight_settings import fingerprints
 from tethernet_learning.seeds import Purpose
 from tethernet_planner import policies
 from tethernet_planner.inference import model_file, shipped_models
@@ -34,15 +35,15 @@ RESULT, REPORT, PLOT, ROWS = "evaluation.json", "report.md", "fuel.png", "outcom
 
 def run(options: argparse.Namespace) -> None:
     """Fly, print the table, write the files."""
-    settings = flight_settings.settings_of(options.set)
-    chosen = contenders(options.policy, family_units(chosen_systems(options)))
+    settings = flight_settings.settings_of(options.set, chosen_systems(options))
+    chosen = contenders(options.policy, list(settings))
     options.output.mkdir(parents=True, exist_ok=True)
     _run(options, settings, chosen)
 
 
-def _run(options: argparse.Namespace, settings: Settings, chosen: dict[int, list[str]]) -> None:
-    for mus in chosen if policies.RL in options.policy else ():
-        if warning := measured.stale(shipped_models.POLICY, mus):
+def _run(options: argparse.Namespace, settings: Mapping[System, Settings], chosen: dict[System, list[str]]) -> None:
+    for system in chosen if policies.RL in options.policy else ():
+        if warning := measured.stale(shipped_models.POLICY, system):
             print(f"warning: {warning}", file=sys.stderr)
     began = time.monotonic()
     progress = Progress(options.scenarios * sum(map(len, chosen.values())))
@@ -57,7 +58,7 @@ def _run(options: argparse.Namespace, settings: Settings, chosen: dict[int, list
         "seed": options.seed,
         "set": list(options.set),
         "flight_digest": flight_digest(),
-        "flight_parameters": settings_fingerprint(settings),
+        "flight_parameters": fingerprints(settings),
         "commit": model_file.commit(),
         "flown_on": f"the cluster at {options.cluster}" if options.cluster else cores.told(),
         "wall_time_s": round(time.monotonic() - began, 1),
@@ -80,13 +81,14 @@ def write(folder: Path, facts: dict[str, Any], evaluated: Sequence[Evaluated]) -
         facts: how it was flown.
         evaluated: what came out.
     """
-    atomic_file.write_text(folder / RESULT, as_text({**facts, "designs": as_json(evaluated)}))
+    atomic_file.write_text(folder / RESULT, as_text({**facts, "systems": as_json(evaluated)}))
     head = "\n".join(f"- {name}: {value}" for name, value in facts.items())
     text = f"# Policies on unseen scenarios\n\n{head}\n\n{evaluation_report.table(evaluated)}\n![Fuel]({PLOT})\n"
     atomic_file.write_text(folder / REPORT, text)
     pictures.save(evaluation_report.figure(evaluated), folder / PLOT)
     flown = [pair for e in evaluated for name in e.cases for pair in zip(e.cases[name], e.outcomes[name], strict=True)]
-    tables.write(folder / ROWS, outcome_columns(), [row(i, *pair) for i, pair in enumerate(flown)])
+    units = max(e.system.unit_count for e in evaluated)
+    tables.write(folder / ROWS, outcome_columns(units), [row(i, *pair, units) for i, pair in enumerate(flown)])
 
 
 def _add_arguments(parser: Parser) -> None:

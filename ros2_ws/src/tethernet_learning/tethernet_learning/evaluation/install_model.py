@@ -42,7 +42,7 @@ def ship(file: Path, evaluation: dict[str, Any] | None = None) -> Path:
         ValueError: when the evaluation is of another policy.
     """
     kind, model = _load(file)
-    target = shipped_models.place(kind, model.mus)
+    target = shipped_models.place(kind, model.made_for.system)
     target.parent.mkdir(exist_ok=True)
     picture, beside = target.with_suffix(".png"), file.with_name(HISTORY)
     history = picture.name if beside.is_file() else ""

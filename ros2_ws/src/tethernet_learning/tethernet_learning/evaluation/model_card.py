@@ -43,7 +43,7 @@ def card(
     anew = ("scores",) if evaluation is not None else ()  # those of the training are of its day's flights
     lines += [f"| {name} | {_text(value)} |" for name, value in _leaves(about, anew)]
     if evaluation is not None and kind == shipped_models.POLICY:
-        lines += _scores(file, about["mus"], evaluation)
+        lines += _scores(file, about["system"], evaluation)
     elif evaluation is not None:
         lines += ["", "## Test", "", "| fact | value |", "|---|---|"]
         lines += [f"| {name} | {_text(value)} |" for name, value in _leaves(evaluation)]
@@ -52,15 +52,15 @@ def card(
     return "\n".join(lines) + "\n"
 
 
-def _scores(file: Path, mus: int, evaluation: dict[str, Any]) -> list[str]:
-    flown = evaluation["designs"].get(str(mus), {}).get("policies", {})
+def _scores(file: Path, system: str, evaluation: dict[str, Any]) -> list[str]:
+    flown = evaluation.get("systems", {}).get(system, {}).get("policies", {})
     own = [facts for facts in flown.values() if facts["model"] == file_fingerprint(file)]
     if not own:
-        raise ValueError(f"the evaluation has not flown this policy for {mus} MUs")
+        raise ValueError(f"the evaluation has not flown this policy for {system}; make one with tethernet evaluate")
     [facts, *_] = own
     left_out = ("scenarios", "model", "saved_kg")
     lines = ["", "## Evaluation", "", "| fact | this policy | nominal |", "|---|---|---|"]
-    told = {key: value for key, value in evaluation.items() if key != "designs"}
+    told = {key: value for key, value in evaluation.items() if key != "systems"}
     lines += [f"| {key} | {_text(value)} | - |" for key, value in _leaves(told)]
     nominal = dict(_leaves(flown["nominal"], left_out))
     lines += [f"| {key} | {_text(v)} | {_text(nominal.get(key, '-'))} |" for key, v in _leaves(facts, left_out)]

@@ -14,8 +14,10 @@ class PaperFigures:
     reduction: float
     """Mean fuel saved against the nominal aiming points [-]."""
     fuel_per_mu_kg: float
-    """Mean over MUs and scenarios [kg]."""
+    """Mean over units and scenarios [kg]."""
+    train_scenarios: int
+    """Flown for its surrogate."""
 
 
-PAPER = {4: PaperFigures(1.0, 0.11, 0.028), 8: PaperFigures(1.0, 0.018, 0.021)}
-"""By number of MUs."""
+PAPER = {"zenit_4mu": PaperFigures(1.0, 0.11, 0.028, 2540), "zenit_8mu": PaperFigures(1.0, 0.018, 0.021, 2790)}
+"""By name of the system."""

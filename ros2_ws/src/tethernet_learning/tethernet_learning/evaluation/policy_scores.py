@@ -8,7 +8,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from tethernet_core.layout import system_of
 from tethernet_core.system import System
 from tethernet_learning.campaigns.cases import Case, aim
 from tethernet_learning.campaigns.chunks import fly_chunks
@@ -29,15 +28,14 @@ GROUP = "evaluation"
 
 @dataclass(frozen=True)
 class Evaluated:
-    """One design: all policies on the same scenarios."""
+    """One system: all policies on the same scenarios."""
 
-    mus: int
+    system: System
+    """By which captures were judged too."""
     cases: Mapping[str, Sequence[Case]]
     """By policy, nominal first."""
     outcomes: Mapping[str, Sequence[Outcome]]
     """Likewise."""
-    system: System
-    """By which captures were judged."""
 
     def compared(self) -> dict[str, Comparison]:
         """Each policy but the nominal one against that."""
@@ -45,37 +43,41 @@ class Evaluated:
         return {name: compare(nominal, flown) for name, flown in self.outcomes.items() if name != policies.NOMINAL}
 
 
-def contenders(words: Sequence[str], designs: Sequence[int]) -> dict[int, list[str]]:
-    """Who flies which design: the nominal points, and every policy that was made for it.
+def contenders(words: Sequence[str], systems: Sequence[System]) -> dict[System, list[str]]:
+    """What flies which system: the nominal points, and every policy that was made for it.
 
     Args:
-        words: policies as users name them; a file flies the design that it was made for.
-        designs: numbers of MUs.
+        words: policies as users name them; a file flies the system that it was made for.
+        systems: to be flown.
 
     Raises:
-        PolicyError: when one cannot be loaded or flies none of the designs.
+        PolicyError: when one cannot be loaded or flies none of the systems.
         ModelFileError: when a file is no policy.
     """
-    chosen = {mus: [policies.NOMINAL] for mus in designs}
+    chosen = {system: [policies.NOMINAL] for system in systems}
     for word in words:
-        fitting = list(designs)
+        fitting = list(systems)
         if shipped_models.means_file(word) and Path(word).is_file():
-            made_for = AimingPolicy.load(Path(word)).mus
-            fitting = [mus for mus in designs if mus == made_for]
+            made_for = AimingPolicy.load(Path(word)).made_for
+            fitting = [system for system in systems if system.digest == made_for.digest]
             if not fitting:
-                raise policies.PolicyError(f"policy {word} was made for {made_for} MUs; give --mus {made_for} too")
-        for mus in fitting:
-            policies.check(word, system_of(mus))
-            if word not in chosen[mus]:
-                chosen[mus].append(word)
+                flown = ", ".join(f"{system.name} ({system.digest[:12]})" for system in systems)
+                raise policies.PolicyError(
+                    f"policy {word} was made for system {made_for.system} (digest {made_for.digest[:12]}), and none of "
+                    f"those to be flown is it: {flown}; give --system {made_for.system} as it was described then"
+                )
+        for system in fitting:
+            policies.check(word, system)
+            if word not in chosen[system]:
+                chosen[system].append(word)
     return chosen
 
 
 def evaluate(
-    chosen: Mapping[int, Sequence[str]],
+    chosen: Mapping[System, Sequence[str]],
     count: int,
     seed: int,
-    settings: Settings,
+    settings: Mapping[System, Settings],
     chunk: int = CHUNK,
     cluster: str | None = None,
     progress: Callable[[Sequence[Outcome]], None] = lambda _: None,
@@ -83,15 +85,15 @@ def evaluate(
     """Fly every policy on the scenarios of the stream that is kept for this.
 
     Args:
-        chosen: policies by design, see :func:`contenders`.
-        count: scenarios for each design; both designs get the same places.
+        chosen: policies by system, see :func:`contenders`.
+        count: scenarios for each system; systems with the same bounds get the same places.
         seed: of the scenarios.
-        settings: of the flights.
+        settings: of the flights, by system.
         chunk: so many missions at a time.
         cluster: see :func:`tethernet_learning.workers.run`.
         progress: gets the outcomes that have come.
     """
-    aimed = {mus: {name: _cases(mus, name, count, seed) for name in names} for mus, names in chosen.items()}
+    aimed = {system: {name: _cases(system, name, count, seed) for name in names} for system, names in chosen.items()}
     flights = [case for by_policy in aimed.values() for cases in by_policy.values() for case in cases]
     flown: list[Outcome] = []
     for outcomes in fly_chunks(flights, settings, chunk, cluster):
@@ -99,34 +101,34 @@ def evaluate(
         progress(outcomes)
     rest = iter(flown)
     return [
-        Evaluated(
-            mus,
-            by_policy,
-            {name: [next(rest) for _ in cases] for name, cases in by_policy.items()},
-            system_of(mus),
-        )
-        for mus, by_policy in aimed.items()
+        Evaluated(system, by_policy, {name: [next(rest) for _ in cases] for name, cases in by_policy.items()})
+        for system, by_policy in aimed.items()
     ]
 
 
-def _cases(mus: int, policy: str, count: int, seed: int) -> list[Case]:
-    scenarios = random_scenarios(mus, Purpose.POLICY_EVALUATION, seed, 0, count)
+def _cases(system: System, policy: str, count: int, seed: int) -> list[Case]:
+    scenarios = random_scenarios(system, Purpose.POLICY_EVALUATION, seed, 0, count)
     return aim([Case(scenario, GROUP) for scenario in scenarios], policy)
 
 
 def as_json(evaluated: Sequence[Evaluated]) -> dict[str, Any]:
-    """Statistics, comparisons, the paper's figures and every record, by design and policy."""
-    return {str(e.mus): _design(e) for e in evaluated}
+    """Statistics, comparisons, the paper's figures and every record, by system and policy."""
+    return {e.system.name: _system(e) for e in evaluated}
 
 
-def _design(e: Evaluated) -> dict[str, Any]:
+def _system(e: Evaluated) -> dict[str, Any]:
     by_policy = {}
     for name, cases in e.cases.items():
         by_policy[name] = {"model": policies.fingerprint(name, e.system), **records(cases, e.outcomes[name], e.system)}
     for name, comparison in e.compared().items():
         facts = {field.name: _estimate(getattr(comparison, field.name)) for field in dataclasses.fields(comparison)}
         by_policy[name]["against_nominal"] = facts
-    return {"paper": dataclasses.asdict(PAPER[e.mus]), "policies": by_policy}
+    paper = PAPER.get(e.system.name)
+    return {
+        "system_digest": e.system.digest,
+        "paper": None if paper is None else dataclasses.asdict(paper),
+        "policies": by_policy,
+    }
 
 
 def _estimate(value: Any) -> Any:

@@ -9,7 +9,6 @@ from typing import Any
 
 from tethernet_core.aiming import FALLBACK
 from tethernet_core.capture_quality import tight
-from tethernet_core.layout import system_of
 from tethernet_learning.campaigns import pictures
 from tethernet_learning.campaigns.statistics import Estimate, summarise
 from tethernet_learning.evaluation.comparison import Comparison
@@ -27,19 +26,26 @@ def label(policy: str) -> str:
 
 
 def table(evaluated: Sequence[Evaluated]) -> str:
-    """Markdown, one table for each design; in brackets 95 % intervals."""
-    return "\n".join(line for e in evaluated for line in (*_design(e), ""))
+    """Markdown, one table for each system; in brackets 95 % intervals."""
+    return "\n".join(line for e in evaluated for line in (*_system(e), ""))
 
 
-def _design(e: Evaluated) -> list[str]:
-    paper, compared = PAPER[e.mus], e.compared()
+def _system(e: Evaluated) -> list[str]:
+    paper, compared = PAPER.get(e.system.name), e.compared()
     names = list(e.outcomes)
     count = len(e.outcomes[policies.NOMINAL])
     lines = [
-        f"| {e.mus} MUs, {count} scenarios | " + " | ".join(map(label, names)) + " | the paper's trained policy |",
-        "|---" * (len(names) + 2) + "|",
+        " | ".join(
+            [
+                f"| {e.system.name}, {count} scenarios",
+                *map(label, names),
+                *(["the paper's trained policy"] if paper else []),
+            ]
+        )
+        + " |",
+        "|---" * (len(names) + (2 if paper else 1)) + "|",
     ]
-    columns = [_column(e, name, compared.get(name)) for name in names] + [_paper(paper)]
+    columns = [_column(e, name, compared.get(name)) for name in names] + ([_paper(paper)] if paper else [])
     lines += [f"| {row} | " + " | ".join(column[row] for column in columns) + " |" for row in columns[0]]
     misses = [
         f"- {label(name)} at {case.scenario.debris_position}: {outcome.verdict}"
@@ -47,7 +53,7 @@ def _design(e: Evaluated) -> list[str]:
         for case, outcome in zip(e.cases[name], e.outcomes[name], strict=True)
         if not outcome.captured
     ]
-    return [*lines, *(["", f"Not captured with {e.mus} MUs:", "", *misses] if misses else [])]
+    return [*lines, *(["", f"Not captured with {e.system.name}:", "", *misses] if misses else [])]
 
 
 def _column(e: Evaluated, name: str, against: Comparison | None) -> dict[str, str]:
@@ -78,7 +84,7 @@ def _quality(e: Evaluated, name: str, kind: str) -> str:
     known = [value for outcome in e.outcomes[name] if math.isfinite(value := getattr(outcome, kind))]
     if not known:
         return "-"
-    below = sum(tight(value, system_of(e.mus)) for value in known)
+    below = sum(tight(value, e.system) for value in known)
     return f"{sum(known) / len(known):.2f}; {below} of {len(e.outcomes[name])}"
 
 
@@ -106,18 +112,22 @@ def _text(estimate: Estimate | None, scale: float, digits: int) -> str:
 
 
 def figure(evaluated: Sequence[Evaluated]) -> Any:
-    """Box plots: fuel of all policies, and what each saves against the nominal points, a row for each design."""
+    """Box plots: fuel of all policies, and what each saves against the nominal points, a row for each system."""
     made = pictures.new_figure(10.0, 3.8 * len(evaluated))
     axes = made.subplots(len(evaluated), 2, squeeze=False)
     for (fuel, saved), e in zip(axes, evaluated, strict=True):
+        units = max(e.system.unit_count, 1)
         good = {
-            label(n): [_G * sum(o.fuel_kg) / e.mus for o in flown if not o.error] for n, flown in e.outcomes.items()
+            label(n): [_G * sum(o.fuel_kg) / units for o in flown if not o.error] for n, flown in e.outcomes.items()
         }
-        told = _G * PAPER[e.mus].fuel_per_mu_kg
-        _boxes(fuel, good, f"{e.mus} MUs: fuel per MU [g]\n(dashed: mean of the paper's trained policy, {told:.0f} g)")
-        fuel.axhline(told, color="0.5", linestyle="--")
+        title, paper = f"{e.system.name}: fuel per unit [g]", PAPER.get(e.system.name)
+        if paper is not None:
+            told = _G * paper.fuel_per_mu_kg
+            title += f"\n(dashed: mean of the paper's trained policy, {told:.0f} g)"
+            fuel.axhline(told, color="0.5", linestyle="--")
+        _boxes(fuel, good, title)
         pairs = {label(name): [_G * kg for kg in against.saved_kg] for name, against in e.compared().items()}
-        _boxes(saved, pairs, f"{e.mus} MUs: less fuel than nominal, all MUs [g]\n(triangles: means)")
+        _boxes(saved, pairs, f"{e.system.name}: less fuel than nominal, all units [g]\n(triangles: means)")
         saved.axhline(0.0, color="0.5", linewidth=0.8)
     return made
 

@@ -9,7 +9,6 @@ from typing import Protocol
 
 import numpy as np
 
-from tethernet_core.layout import design
 from tethernet_learning.data.trigger import fly_and_look
 from tethernet_learning.flown import CQI_LIMIT, Flown, from_outcomes
 from tethernet_learning.seeds import Purpose
@@ -26,7 +25,7 @@ class Source(Protocol):
 
     def fly(self, scenarios: Sequence[Scenario]) -> Flown:
         """Args:
-        scenarios: of one design.
+        scenarios: of one system.
         """
 
 
@@ -61,14 +60,14 @@ class SurrogateCapture:
         """See :class:`Source`.
 
         Raises:
-            ValueError: for scenarios of a design that the surrogate was not made for.
+            ModelFileError: for scenarios of a system that the surrogate was not made for.
         """
         outcomes, seen = fly_and_look(scenarios, self._settings, stop_at_trigger=True)
         flown = from_outcomes(outcomes, scenarios[0].system)
         closing = np.array([i for i, row in enumerate(seen) if row is not None], dtype=int)
         if not len(closing):
             return flown
-        self._surrogate.check_design(flown.mus)
+        self._surrogate.check_system(flown.system)
         predicted = self._surrogate.predict_many(np.array([seen[i] for i in closing]))
         draws = np.array([_draw(scenarios[i].seed) for i in closing])
         cqi_error, pairs_error = self._surrogate.draw_errors(predicted, draws, self._noise, scenarios[0].system)
@@ -76,7 +75,7 @@ class SurrogateCapture:
         pairs = predicted.locked_pairs + pairs_error
         all_cqi, all_pairs = flown.cqi.copy(), flown.locked_pairs.copy()
         all_cqi[closing] = np.clip(cqi, 0.0, CQI_LIMIT)
-        all_pairs[closing] = np.clip(np.round(pairs), 0, design(flown.mus).max_locked_pairs)
+        all_pairs[closing] = np.clip(np.round(pairs), 0, flown.system.closing.max_locked_pairs)
         total = flown.fuel_kg.copy()
         total[closing] += predicted.closing_fuel_kg
         return dataclasses.replace(flown, cqi=all_cqi, locked_pairs=all_pairs, fuel_kg=total)

@@ -2,17 +2,22 @@
 
 from __future__ import annotations
 
+import dataclasses
 from dataclasses import dataclass
+from typing import Any
 
+from tethernet_core.system import System
+from tethernet_learning.symmetries import group
 from tethernet_planner.inference import task
+from tethernet_planner.inference.task import Task, aimed_task_of
 
 
 @dataclass(frozen=True)
 class EpisodeSettings:
     """Which episodes are flown, and what they are worth."""
 
-    mus: int
-    """4 or 8."""
+    system: System
+    """That is flown."""
     seed: int = 0
     """Of scenarios, weights and exploration: one seed gives one result."""
     episodes: int = 11360
@@ -32,3 +37,31 @@ class EpisodeSettings:
         """
         if self.symmetry not in task.SYMMETRIES:
             raise ValueError(f"symmetry {self.symmetry!r}; allowed: {', '.join(task.SYMMETRIES)}")
+
+    @property
+    def task(self) -> Task:
+        """What is learned: bounds, grid, and the images under which one debris position stands for others.
+
+        Raises:
+            TaskError: for a system without units.
+        """
+        return learned_task(self.system, self.symmetry)
+
+    def as_json(self) -> dict[str, Any]:
+        """All of it as JSON holds it, the system by its name."""
+        values = {field.name: getattr(self, field.name) for field in dataclasses.fields(self)}
+        return {**values, "system": self.system.name}
+
+
+def learned_task(system: System, symmetry: str) -> Task:
+    """What is learned for a system.
+
+    Args:
+        system: that is flown.
+        symmetry: one of :data:`.task.SYMMETRIES`.
+
+    Raises:
+        TaskError: for a system without units.
+    """
+    plain = aimed_task_of(system)
+    return plain if symmetry == "none" else plain.with_images(group(system))

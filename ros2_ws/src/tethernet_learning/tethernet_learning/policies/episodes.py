@@ -30,7 +30,7 @@ def fly(source: Source, reward: Reward, scenarios: Sequence[Scenario], offsets: 
     Args:
         source: flies them.
         reward: judges them.
-        scenarios: of the reward's design.
+        scenarios: of the reward's system.
         offsets: of the aiming points [m], one array of shape (M, 2) for each scenario.
     """
     aimed = [

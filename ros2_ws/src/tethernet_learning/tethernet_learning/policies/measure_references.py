@@ -15,26 +15,38 @@ from typing import Any
 import numpy as np
 
 from tethernet_core import atomic_file
+from tethernet_core.errors import InputError
 from tethernet_core.subcommand import Parser, Subcommand, whole_number
-from tethernet_core.system.option import add_systems, chosen_systems, family_units
+from tethernet_core.system import System
+from tethernet_core.system.option import add_systems, chosen_systems
 from tethernet_learning import flown
 from tethernet_learning.flight_settings import settings_fingerprint
 from tethernet_learning.policies import reward
 from tethernet_learning.random_scenarios import random_scenarios
 from tethernet_learning.run_progress import Progress
 from tethernet_learning.seeds import Purpose
+from tethernet_planner.inference.task import aimed_task_of
 from tethernet_sim.fly import Settings, fly_many
 
 FUEL_FACTOR = 2.0
 
 
-def measure(mus: int, count: int, seed: int, settings: Settings) -> dict[str, Any]:
-    """The constants for one design, and how they came about."""
-    scenarios = random_scenarios(mus, Purpose.REWARD_REFERENCES, seed, 0, count)
-    progress = Progress(f"missions with {mus} MUs", count)
+def measure(system: System, count: int, seed: int, settings: Settings) -> dict[str, Any]:
+    """The constants for one system, and how they came about.
+
+    Raises:
+        InputError: when no mission was captured, which is what the constants are measured on.
+    """
+    scenarios = random_scenarios(system, Purpose.REWARD_REFERENCES, seed, 0, count)
+    progress = Progress(f"missions of {system.name}", count)
     outcomes = fly_many(scenarios, settings, progress=lambda n, _: progress.tell(n))
-    done = flown.from_outcomes(outcomes, scenarios[0].system)
+    done = flown.from_outcomes(outcomes, system)
+    if not done.captured.any():
+        raise InputError(
+            f"none of {count} nominal missions of {system.name} was captured; take more, or a system that captures"
+        )
     return {
+        "system_digest": system.digest,
         "fuel_max_kg": round(FUEL_FACTOR * float(done.fuel_kg[done.captured].max()), 4),
         "mouth_max_m2": round(float(done.mouth_area_m2.max()), 1),
         "nominal_fuel_mean_kg": round(float(done.fuel_kg[done.captured].mean()), 4),
@@ -49,10 +61,14 @@ def measure(mus: int, count: int, seed: int, settings: Settings) -> dict[str, An
 
 def run(options: argparse.Namespace) -> None:
     """Measure, write and print the constants."""
-    settings = Settings.load()
-    designs = family_units(chosen_systems(options))
-    measured = {str(mus): measure(mus, options.missions, options.seed, settings) for mus in designs}
-    text = json.dumps(measured, indent=2)
+    systems = chosen_systems(options)
+    for system in systems:
+        aimed_task_of(system)  # there must be units
+    measured = {
+        system.name: measure(system, options.missions, options.seed, Settings.load(system)) for system in systems
+    }
+    kept = reward.references(options.output) if options.output.exists() else {}
+    text = json.dumps({**kept, **measured}, indent=2)
     atomic_file.write_text(options.output, text + "\n")
     print(text)
 
@@ -64,7 +80,7 @@ def _add_arguments(parser: Parser) -> None:
     add("--seed", type=whole_number(0), default=0, metavar="N", help="of the missions, default 0")
     add(
         "--output", type=Path, default=reward.REFERENCES_FILE, metavar="FILE.json",
-        help="default: the file that training reads",
+        help="default: the file that training reads; constants of other systems there are kept",
     )  # fmt: skip
 
 

@@ -11,24 +11,25 @@ import dataclasses
 
 import numpy as np
 
-from tethernet_core.layout import design
 from tethernet_core.subcommand import Parser, Subcommand, number, whole_number
-from tethernet_core.system.option import add_system, chosen_system, family_units
+from tethernet_core.system import System
+from tethernet_core.system.option import add_system, chosen_system
 from tethernet_learning.flown import from_outcomes
 from tethernet_learning.random_scenarios import random_scenarios
 from tethernet_learning.run_progress import Progress
 from tethernet_learning.seeds import Purpose
+from tethernet_planner.inference.task import aimed_task_of
 from tethernet_sim.fly import Settings, fly_many
 
 FACTORS = (0.6, 0.65, 0.7, 0.8, 0.9, 0.97, 1.0, 1.02, 1.04, 1.1)
 HEAD = "| width | captured | fuel per MU, kg | until the trigger, kg | trigger, s | mouth, m^2 |"
 
 
-def measure(mus: int, factor: float, count: int, seed: int, settings: Settings) -> dict[str, float]:
+def measure(system: System, factor: float, count: int, seed: int, settings: Settings) -> dict[str, float]:
     """Fly nominal points that are all moved by one factor.
 
     Args:
-        mus: 4 or 8.
+        system: that is flown.
         factor: distance from the middle, as a share of the nominal one.
         count: scenarios, the same for every factor.
         seed: of the scenarios.
@@ -38,15 +39,15 @@ def measure(mus: int, factor: float, count: int, seed: int, settings: Settings) 
         Means over the scenarios: share ``captured``, ``fuel_kg`` and ``fuel_at_trigger_kg`` per MU [kg],
         ``trigger_time_s`` [s] of those in which closing began, ``mouth_area_m2`` [m^2].
     """
-    moved = (factor - 1.0) * np.array(design(mus).nominal_offsets)
+    moved = (factor - 1.0) * system.aiming.offsets
     offsets = tuple(map(tuple, moved.tolist()))
-    scenarios = random_scenarios(mus, Purpose.OFFSET_OPTIMISATION, seed, 0, count)
+    scenarios = random_scenarios(system, Purpose.OFFSET_OPTIMISATION, seed, 0, count)
     outcomes = fly_many([dataclasses.replace(s, aiming_offsets=offsets) for s in scenarios], settings)
     flown = from_outcomes(outcomes, scenarios[0].system)
     times = [outcome.trigger_time_s for outcome in outcomes if outcome.trigger_time_s is not None]
     return {
         "captured": float(flown.captured.mean()),
-        "fuel_kg": float(flown.fuel_kg.mean()) / mus,
+        "fuel_kg": float(flown.fuel_kg.mean()) / system.unit_count,
         "fuel_at_trigger_kg": float(np.mean([outcome.fuel_at_trigger_kg for outcome in outcomes])),
         "trigger_time_s": float(np.mean(times)) if times else float("nan"),
         "mouth_area_m2": float(flown.mouth_area_m2.mean()),
@@ -55,11 +56,12 @@ def measure(mus: int, factor: float, count: int, seed: int, settings: Settings) 
 
 def run(options: argparse.Namespace) -> None:
     """Measure and print a table."""
-    [mus] = family_units([chosen_system(options)])
-    settings, progress = Settings.load(), Progress("widths", len(options.factors))
+    system = chosen_system(options)
+    aimed_task_of(system)  # there must be units
+    settings, progress = Settings.load(system), Progress("widths", len(options.factors))
     print(HEAD + "\n|" + "---|" * (HEAD.count("|") - 1), flush=True)
     for number_, factor in enumerate(options.factors, 1):
-        r = measure(mus, factor, options.scenarios, options.seed, settings)
+        r = measure(system, factor, options.scenarios, options.seed, settings)
         print(
             f"| {factor:g} | {100 * r['captured']:.0f} % | {r['fuel_kg']:.5f} | {r['fuel_at_trigger_kg']:.5f} | "
             f"{r['trigger_time_s']:.2f} | {r['mouth_area_m2']:.0f} |",

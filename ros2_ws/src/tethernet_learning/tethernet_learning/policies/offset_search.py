@@ -18,7 +18,6 @@ from tethernet_learning.policies.episode_settings import EpisodeSettings
 from tethernet_learning.policies.reward import Reward
 from tethernet_learning.random_scenarios import random_scenarios
 from tethernet_learning.seeds import Purpose
-from tethernet_planner.inference import task
 from tethernet_planner.inference.policy_file import AimingPolicy, constant_policy
 
 FILE = "generations.json"
@@ -90,7 +89,9 @@ def search(
         "tolfunhist": 0.0,
         "tolx": 0.0,
     }
-    strategy = cma.CMAEvolutionStrategy([0.0] * (2 * settings.mus), settings.sigma_m / task.OFFSET_LIMIT_M, options)
+    task = settings.task
+    begin = [0.0] * (2 * task.unit_count)
+    strategy = cma.CMAEvolutionStrategy(begin, settings.sigma_m / task.offset_limit_m, options)
     record = folder / FILE
     generations = json.loads(record.read_text(encoding="utf-8")) if record.exists() else []
     for number in range(settings.generations):
@@ -101,14 +102,14 @@ def search(
         else:
             rewards = _judge(candidates, number, settings, source, reward)
             shown = {"candidates": np.array(candidates).tolist(), "rewards": rewards.tolist()}
-            generations.append({**shown, "mean_m": (task.OFFSET_LIMIT_M * strategy.mean).tolist()})
+            generations.append({**shown, "mean_m": (task.offset_limit_m * strategy.mean).tolist()})
             atomic_file.write_text(record, json.dumps(generations))
             flown = (number + 1) * settings.scenarios * settings.candidates
             tell(flown, f"mean reward {rewards.mean():.3f}, best {rewards.max():.3f}")
         strategy.tell(candidates, [-value for value in generations[number]["rewards"]])
-    center = np.clip(strategy.result.xfavorite, -1.0, 1.0) * task.OFFSET_LIMIT_M
+    center = np.clip(strategy.result.xfavorite, -1.0, 1.0) * task.offset_limit_m
     last = {"reward": float(np.mean(generations[-1]["rewards"]))}
-    return constant_policy(center.reshape(-1, 2), settings.symmetry, {**about, "last_generation": last})
+    return constant_policy(settings.system, task, center.reshape(-1, 2), {**about, "last_generation": last})
 
 
 def _judge(
@@ -116,9 +117,10 @@ def _judge(
 ) -> np.ndarray:
     """Mean reward of each candidate."""
     begin = generation * settings.scenarios
-    stream = (settings.mus, Purpose.OFFSET_OPTIMISATION, settings.seed, begin, settings.scenarios)
+    stream = (settings.system, Purpose.OFFSET_OPTIMISATION, settings.seed, begin, settings.scenarios)
     scenarios = random_scenarios(*stream)
-    images = [task.scale_observation(s.debris_position, settings.symmetry)[1] for s in scenarios]
+    task = settings.task
+    images = [task.scale_observation(s.debris_position)[1] for s in scenarios]
     offsets = [task.offsets_from_action(candidate, image) for candidate in candidates for image in images]
     results = episodes.fly(source, reward, scenarios * len(candidates), offsets)
     return results.rewards.reshape(len(candidates), len(scenarios)).mean(axis=1)

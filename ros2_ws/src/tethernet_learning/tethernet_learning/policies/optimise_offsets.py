@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import argparse
 
+import numpy as np
+
 from tethernet_core.extras import require
 from tethernet_core.subcommand import Subcommand
 from tethernet_learning import run_folder
@@ -17,16 +19,18 @@ from tethernet_planner.inference import model_file
 def run(options: argparse.Namespace) -> None:
     """Search; prints the policy's file and its offsets."""
     settings = run_options.settings_of(options, SearchSettings)
-    source, reward, facts = run_options.prepare(settings, options.surrogate)
+    source, reward, facts = run_options.prepare(settings, options.surrogate, options.references)
     require("cma")
     run_folder.claim(options.output, {"command": "optimise_offsets", **facts})
     flown = settings.generations * settings.scenarios * settings.candidates
-    progress = Progress(f"episodes with {settings.mus} MUs", flown)
+    progress = Progress(f"episodes of {settings.system.name}", flown)
     about = {"method": "cma-es", **facts, "commit": model_file.commit()}
     policy = search(options.output, settings, source, reward, progress.tell, about)
     policy.save(options.output / POLICY)
     print(options.output / POLICY)
-    print("offsets [m], MU 1 first: " + ", ".join(f"({x:.1f}, {y:.1f})" for x, y in policy.offsets((1.0, 0.0, -50.0))))
+    middle = np.add(policy.task.debris_low_m, policy.task.debris_high_m) / 2.0
+    shown = ", ".join(f"({x:g}, {y:g})" for x, y in policy.offsets(middle.tolist()).tolist())
+    print(f"offsets [m], unit 1 first: {shown}")
 
 
 COMMAND = Subcommand(

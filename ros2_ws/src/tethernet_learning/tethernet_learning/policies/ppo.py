@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from tethernet_learning.policies.episode_settings import EpisodeSettings
+from tethernet_planner.inference.model_file import MadeFor
 from tethernet_planner.inference.networks import dense
 from tethernet_planner.inference.policy_file import AimingPolicy
 
@@ -105,4 +106,4 @@ def export(model: Any, settings: PpoSettings, about: dict[str, Any]) -> AimingPo
     expected, _ = model.predict(observations, deterministic=True)
     if not np.allclose(np.clip(dense(arrays, observations), -1, 1), expected, atol=1e-4):
         raise ValueError("the exported policy does not answer as the trained one; is its network not the default one?")
-    return AimingPolicy(settings.mus, arrays, settings.symmetry, about)
+    return AimingPolicy(MadeFor.of(settings.system), settings.task, arrays, about)

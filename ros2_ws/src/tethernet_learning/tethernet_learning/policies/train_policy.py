@@ -58,7 +58,7 @@ def train(folder: Path, settings: PpoSettings, source: sources.Source, reward: R
         checkpoint.load(found, model)
     model.set_logger(configure(str(folder / "tensorboard"), ["tensorboard"]))
     lines = [line for line in history.read(folder / history.FILE) if line[0] <= begun]
-    progress = Progress(f"episodes with {settings.mus} MUs", settings.episodes, begun)
+    progress = Progress(f"episodes of {settings.system.name}", settings.episodes, begun)
     recorder = Recorder(folder, checkpoints, lines, progress, _CHECKPOINT_EVERY * settings.update_episodes)
     began = time.monotonic()
     if begun < settings.episodes:
@@ -66,7 +66,7 @@ def train(folder: Path, settings: PpoSettings, source: sources.Source, reward: R
         checkpoint.save(checkpoints, model)
     rate = (settings.episodes - begun) / max(time.monotonic() - began, 1e-9)
     history.write(folder / history.FILE, lines)
-    history.plot(folder / "history.png", lines, f"Training with {settings.mus} MUs, seed {settings.seed}")
+    history.plot(folder / "history.png", lines, f"Training for {settings.system.name}, seed {settings.seed}")
     model.save(folder / MODEL)
     last = np.array(lines[-max(1, len(lines) // 10) :])
     final = dict(zip(history.COLUMNS[1:], last[:, 1:].mean(axis=0).tolist(), strict=True))
@@ -78,7 +78,7 @@ def train(folder: Path, settings: PpoSettings, source: sources.Source, reward: R
 def run(options: argparse.Namespace) -> None:
     """Train; prints the policy's file and what the last tenth of training came to."""
     settings = run_options.settings_of(options, PpoSettings)
-    source, reward, facts = run_options.prepare(settings, options.surrogate)
+    source, reward, facts = run_options.prepare(settings, options.surrogate, options.references)
     require("torch", "stable_baselines3", "gymnasium", "tensorboard")
     if run_folder.claim(options.output, {"command": "train_policy", **facts}):
         print(f"going on in {options.output}", file=sys.stderr)

@@ -10,10 +10,10 @@ from stable_baselines3.common.vec_env import VecEnv  # noqa: TID253
 
 from tethernet_learning.policies import episodes
 from tethernet_learning.policies.capture_sources import Source
+from tethernet_learning.policies.episode_settings import learned_task
 from tethernet_learning.policies.reward import Reward
 from tethernet_learning.random_scenarios import random_scenarios
 from tethernet_learning.seeds import Purpose
-from tethernet_planner.inference import task
 
 
 class AimingVecEnv(VecEnv):
@@ -36,7 +36,7 @@ class AimingVecEnv(VecEnv):
     ):
         """Args:
         source: flies the episodes.
-        reward: judges them; names the design.
+        reward: judges them; names the system.
         env_count: episodes in parallel.
         seed: of the stream of scenarios.
         next_episode: number of the first episode.
@@ -44,20 +44,20 @@ class AimingVecEnv(VecEnv):
         purpose: the stream of scenarios.
         """
         self.render_mode = None
-        actions = gymnasium.spaces.Box(-1.0, 1.0, (2 * reward.mus,), np.float32)
+        actions = gymnasium.spaces.Box(-1.0, 1.0, (2 * reward.system.unit_count,), np.float32)
         super().__init__(env_count, gymnasium.spaces.Box(-1.0, 1.0, (3,), np.float32), actions)
         self.next_episode = next_episode
         self._source, self._reward, self._seed = source, reward, seed
-        self._symmetry, self._purpose = symmetry, purpose
-        self._actions = np.zeros((env_count, 2 * reward.mus))
+        self._task, self._purpose = learned_task(reward.system, symmetry), purpose
+        self._actions = np.zeros((env_count, 2 * reward.system.unit_count))
         self._observe()
 
     def _observe(self) -> np.ndarray:
         """Look at the next episodes."""
         self._scenarios = random_scenarios(
-            self._reward.mus, self._purpose, self._seed, self.next_episode, self.num_envs
+            self._reward.system, self._purpose, self._seed, self.next_episode, self.num_envs
         )
-        scaled = [task.scale_observation(s.debris_position, self._symmetry) for s in self._scenarios]
+        scaled = [self._task.scale_observation(s.debris_position) for s in self._scenarios]
         self._images = [image for _, image in scaled]
         self._observations = np.array([observation for observation, _ in scaled])
         return self._observations.copy()
@@ -74,7 +74,9 @@ class AimingVecEnv(VecEnv):
 
     def step_wait(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, list[dict[str, Any]]]:
         """Fly. All episodes end; ``infos`` hold the terms of the reward by name, and what was flown."""
-        offsets = [task.offsets_from_action(a, image) for a, image in zip(self._actions, self._images, strict=True)]
+        offsets = [
+            self._task.offsets_from_action(a, image) for a, image in zip(self._actions, self._images, strict=True)
+        ]
         results = episodes.fly(self._source, self._reward, self._scenarios, offsets)
         flown, captured = results.flown, results.flown.captured
         infos = [

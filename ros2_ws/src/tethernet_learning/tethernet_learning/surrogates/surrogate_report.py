@@ -6,11 +6,11 @@ from collections.abc import Mapping
 from typing import Any
 
 
-def short(judged: Mapping[int, dict[str, Any]]) -> str:
-    """Scores of one surrogate for each design, beside those of a model that always says "captured", as Markdown.
+def short(judged: Mapping[str, dict[str, Any]]) -> str:
+    """Scores of one surrogate for each system, beside those of a model that always says "captured", as Markdown.
 
     Args:
-        judged: scores by design, see :func:`.surrogate_scores.scores`.
+        judged: scores by name of the system, see :func:`.surrogate_scores.scores`.
     """
     rows: dict[str, list[str]] = {}
     for r in judged.values():
@@ -36,7 +36,7 @@ def short(judged: Mapping[int, dict[str, Any]]) -> str:
         for name, cell in cells.items():
             rows.setdefault(name, []).append(cell)
     head = [
-        "| shipped surrogate | " + " | ".join(f"{mus} MUs" for mus in judged) + " |",
+        "| shipped surrogate | " + " | ".join(judged) + " |",
         "|---" * (len(judged) + 1) + "|",
     ]
     return "\n".join([*head, *(f"| {name} | " + " | ".join(cells) + " |" for name, cells in rows.items()), ""])
@@ -47,7 +47,7 @@ def table(results: dict[str, dict[str, Any]], best: str, about: dict[str, Any]) 
     first = next(iter(results.values()))
     every = first["all"]
     lines = [
-        f"# Surrogates, {about['mus']} MUs",
+        f"# Surrogates of {about['system']}",
         "",
         f"{about['train_scenarios']} training scenarios, {100 * about['train_failure_share']:.1f} % not captured; "
         f"tested on {every['scenarios']} unseen ones, {every['failures']} of them "

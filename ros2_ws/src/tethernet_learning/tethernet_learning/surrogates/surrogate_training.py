@@ -7,10 +7,20 @@ from typing import Any
 
 import numpy as np
 
+from tethernet_core.system import System
 from tethernet_learning.data.data_set import Captures
+from tethernet_learning.symmetries import seen_group
+from tethernet_planner.inference.model_file import MadeFor
 from tethernet_planner.inference.net_features import image_of_features
-from tethernet_planner.inference.surrogate_file import PredictionErrors, Surrogate, forward, log_fuel, probability
-from tethernet_planner.inference.symmetry import GROUP
+from tethernet_planner.inference.surrogate_file import (
+    PredictionErrors,
+    Surrogate,
+    forward,
+    log_fuel,
+    probability,
+    seen_arrays,
+)
+from tethernet_planner.inference.symmetry import Symmetry
 
 FOLDS = 4
 """Parts of the training scenarios. Each member of a surrogate is trained without one of them, which tells when to stop;
@@ -21,12 +31,14 @@ what the members say of the parts that they have not seen calibrates and compare
 class Material:
     """What one member is trained with, scaled: n rows to learn from, v held back."""
 
-    mus: int
-    inputs: np.ndarray  # (n, 990 or 1014)
+    system: System
+    images: tuple[Symmetry, ...]
+    """Maps under which a mission and its image are the same, the identity first."""
+    inputs: np.ndarray  # (n, inputs)
     """Standardised features."""
     targets: np.ndarray  # (n, 4)
     """log CQI, locked pairs, log of the fuel of closing, standardised; captured as 0 or 1."""
-    held_inputs: np.ndarray  # (v, 990 or 1014)
+    held_inputs: np.ndarray  # (v, inputs)
     held_targets: np.ndarray  # (v, 4)
     scaling: dict[str, np.ndarray]
     """``input_mean``, ``input_scale``, ``output_mean``, ``output_scale`` of the surrogate's file."""
@@ -38,12 +50,12 @@ class Material:
             which: number of the symmetry for each row, shape (n,).
 
         Returns:
-            Shape (n, 990 or 1014).
+            Shape (n, inputs).
         """
         mean, scale = self.scaling["input_mean"], self.scaling["input_scale"]
         rows = self.inputs * scale + mean
-        for number, mirror in enumerate(GROUP):
-            rows[which == number] = image_of_features(mirror, rows[which == number], self.mus)
+        for number, mirror in enumerate(self.images):
+            rows[which == number] = image_of_features(mirror, rows[which == number], self.system)
         return ((rows - mean) / scale).astype(np.float32)
 
 
@@ -64,7 +76,8 @@ def prepare(captures: Captures, seed: int) -> list[Material]:
         kind = "captured" if captures.captured.all() else "failed"
         raise ValueError(f"all {len(captures.captured)} training scenarios {kind}; allowed: some of both")
     outputs = np.stack([np.log(captures.cqi), captures.locked_pairs, log_fuel(captures.closing_fuel_kg)], axis=1)
-    images = np.concatenate([image_of_features(mirror, captures.features, captures.mus) for mirror in GROUP])
+    group = seen_group(captures.system)
+    images = np.concatenate([image_of_features(mirror, captures.features, captures.system) for mirror in group])
     scaling = {
         "input_mean": images.mean(axis=0, dtype=float),
         "input_scale": np.maximum(images.std(axis=0, dtype=float), 1e-3),
@@ -83,9 +96,12 @@ def prepare(captures: Captures, seed: int) -> list[Material]:
                 f"of {FOLDS} parts none is left; allowed: some of both in the rest, so make more scenarios"
             )
     return [
-        Material(captures.mus, inputs[part != f], targets[part != f], inputs[part == f], targets[part == f], scaling)
+        Material(
+            captures.system, group, inputs[part != f], targets[part != f], inputs[part == f], targets[part == f],
+            scaling,
+        )
         for f in range(FOLDS)
-    ]
+    ]  # fmt: skip
 
 
 def finish(
@@ -99,18 +115,20 @@ def finish(
         materials: what each of them was trained with.
         about: facts for the model card; ``validation_brier``, by which models are compared, is added.
     """
-    mus = materials[0].mus
+    system = materials[0].system
+    seen = seen_arrays(system)
     logits, truths = [], []
     for arrays, material in zip(members, materials, strict=True):
-        logits.append(forward(model, mus, arrays, material.held_inputs)[:, 3].astype(float))
+        logits.append(forward(model, seen["sectors"], arrays, material.held_inputs)[:, 3].astype(float))
         truths.append(material.held_targets[:, 3])
     logit, truth = np.concatenate(logits), np.concatenate(truths)
     calibration = _calibration(logit, truth)
     brier = float(((probability(logit, calibration) - truth) ** 2).mean())
     named = {f"{k}.{name}": array for k, arrays in enumerate(members) for name, array in arrays.items()}
     nothing = dict.fromkeys(("all", "near", "far"), PredictionErrors())
-    whole = {**named, **materials[0].scaling, "calibration": calibration}
-    return Surrogate(model, mus, whole, nothing, {**about, "members": len(members), "validation_brier": brier})
+    whole = {**named, **materials[0].scaling, "calibration": calibration, **seen}
+    facts = {**about, "members": len(members), "validation_brier": brier}
+    return Surrogate(model, MadeFor.of(system), system.closing.max_locked_pairs, whole, nothing, facts)
 
 
 def _calibration(logit: np.ndarray, captured: np.ndarray) -> np.ndarray:

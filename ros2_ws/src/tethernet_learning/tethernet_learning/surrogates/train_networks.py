@@ -10,7 +10,7 @@ import numpy as np
 
 from tethernet_learning.surrogates.surrogate_training import FOLDS, Material
 from tethernet_planner.inference import networks
-from tethernet_planner.inference.net_features import NUMBERS
+from tethernet_planner.inference.net_features import NUMBERS, sector_nodes
 
 if TYPE_CHECKING:
     import torch
@@ -66,12 +66,12 @@ def train(
 
     torch.manual_seed(seed)
     random = np.random.default_rng(seed)
-    recurrent = training.model == "rnn"
+    recurrent, sectors = training.model == "rnn", sector_nodes(material.system)
 
     def shown(rows: np.ndarray) -> torch.Tensor:
-        return torch.from_numpy(networks.sector_inputs(rows, material.mus) if recurrent else rows)
+        return torch.from_numpy(networks.sector_inputs(rows, sectors) if recurrent else rows)
 
-    width = NUMBERS * networks.sector_nodes(material.mus).shape[1] if recurrent else material.inputs.shape[1]
+    width = NUMBERS * sectors.shape[1] if recurrent else material.inputs.shape[1]
     network = _Recurrent(width, training.dropout) if recurrent else _Dense(width, training.dropout)
     module = network.module
     optimiser = torch.optim.AdamW(module.parameters(), training.learning_rate, weight_decay=training.weight_decay)
@@ -82,7 +82,7 @@ def train(
     for epoch in range(training.epochs):
         module.train()
         if training.mirror:
-            inputs = shown(material.mirrored(random.integers(4, size=len(material.inputs))))
+            inputs = shown(material.mirrored(random.integers(len(material.images), size=len(material.inputs))))
         for batch in np.array_split(random.permutation(len(inputs)), -(-len(inputs) // training.batch)):
             optimiser.zero_grad()
             _loss(network.outputs(inputs[batch]), targets[batch]).backward()

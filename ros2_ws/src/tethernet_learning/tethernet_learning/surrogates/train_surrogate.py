@@ -89,7 +89,7 @@ def run(options: argparse.Namespace) -> None:
     settings = {"command": "train_surrogate", "data": fingerprints, "seed": options.seed, "overrides": overrides}
     run_folder.claim(options.output, settings)
     about = {
-        "mus": data.mus,
+        "system": data.system.name,
         "commit": model_file.commit(),
         "seed": options.seed,
         "data": fingerprints,

@@ -25,7 +25,7 @@ class TreeTraining:
     learning_rate: float = 0.05
     subsample: float = 0.7
     mirror: bool = True
-    """Learn from all four images of every scenario under the scene's symmetries."""
+    """Learn from all images of every scenario under the scene's symmetries."""
 
 
 def train(training: TreeTraining, material: Material, seed: int) -> dict[str, np.ndarray]:
@@ -41,11 +41,11 @@ def train(training: TreeTraining, material: Material, seed: int) -> dict[str, np
     """
     from sklearn.ensemble import GradientBoostingClassifier, GradientBoostingRegressor
 
-    images = range(4 if training.mirror else 1)
+    images = range(len(material.images) if training.mirror else 1)
     inputs = np.concatenate([material.mirrored(np.full(len(material.inputs), image)) for image in images])
     targets = np.tile(material.targets, (len(images), 1))
     components = _components(material.inputs, training.components)
-    direct = np.arange(inputs.shape[1] - NUMBERS * material.mus, inputs.shape[1])
+    direct = np.arange(inputs.shape[1] - NUMBERS * material.system.unit_count, inputs.shape[1])
     seen = np.hstack([inputs @ components.T, inputs[:, direct]]).astype(np.float32)
     options = {
         "n_estimators": training.trees,

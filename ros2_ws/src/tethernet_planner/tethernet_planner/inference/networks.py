@@ -2,18 +2,13 @@
 
 from __future__ import annotations
 
-import functools
 from collections.abc import Mapping
 
 import numpy as np
 
-from tethernet_core.layout import design
-from tethernet_planner.inference.net_features import NUMBERS, RING_KNOTS, node_count
+from tethernet_planner.inference.net_features import NUMBERS
 
 Arrays = Mapping[str, np.ndarray]
-
-SECTORS = 8
-"""Steps of the recurrent network's sequence."""
 
 
 def dense_layers(arrays: Arrays) -> int:
@@ -39,44 +34,19 @@ def dense(arrays: Arrays, inputs: np.ndarray) -> np.ndarray:
     return values
 
 
-@functools.cache
-def sector_nodes(mu_count: int) -> np.ndarray:
-    """The sequence of the recurrent network: once round the mouth in eight sectors of 45 degrees.
-
-    The paper's network is recurrent and has 990 or 1014 inputs, but what its sequence is it does not say [A]. Here each
-    step sees one sector: its 11 + 7 + 2 ring knots, the central knot, and the MU at the sector's first corner or middle
-    of a side.
-
-    Returns:
-        Indices into the nodes of :mod:`.net_features`, shape (8, 22); the number of nodes stands for "no MU here".
-    """
-    begins = np.cumsum([0, *RING_KNOTS])
-    center, missing = int(begins[-1]), node_count(mu_count)
-    ring = design(mu_count).closing_ring or (1, 0, 2, 0, 4, 0, 3, 0)
-    steps = []
-    for sector, mu in enumerate(ring):
-        knots = [
-            begin + sector * (count // SECTORS) + i
-            for begin, count in zip(begins, RING_KNOTS, strict=False)
-            for i in range(count // SECTORS)
-        ]
-        steps.append([*knots, center, center + mu if mu else missing])
-    return np.array(steps)
-
-
-def sector_inputs(inputs: np.ndarray, mu_count: int) -> np.ndarray:
+def sector_inputs(inputs: np.ndarray, sectors: np.ndarray) -> np.ndarray:
     """The sequence that the recurrent network reads.
 
     Args:
-        inputs: standardised features, shape (n, 990 or 1014).
-        mu_count: 4 or 8.
+        inputs: standardised features, shape (n, inputs).
+        sectors: see :func:`.net_features.sector_nodes`, shape (steps, width).
 
     Returns:
-        Shape (n, 8, 132); zeros where a sector has no MU.
+        Shape (n, steps, 6 width); zeros where a sector has nothing.
     """
     nodes = inputs.reshape(len(inputs), -1, NUMBERS)
     padded = np.concatenate([nodes, np.zeros((len(nodes), 1, NUMBERS), nodes.dtype)], axis=1)
-    return padded[:, sector_nodes(mu_count)].reshape(len(inputs), SECTORS, -1)
+    return padded[:, sectors].reshape(len(inputs), len(sectors), -1)
 
 
 def recurrent(arrays: Arrays, steps: np.ndarray) -> np.ndarray:

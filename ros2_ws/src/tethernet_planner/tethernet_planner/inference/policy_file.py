@@ -1,4 +1,4 @@
-"""A trained policy: where the MUs shall aim, given where the debris is. NumPy only."""
+"""A trained policy: where the units shall aim, given where the debris is. NumPy only."""
 
 from __future__ import annotations
 
@@ -8,11 +8,13 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
-from tethernet_core.layout import design, nominal_aiming_points
-from tethernet_planner.inference import model_file, networks, task
-from tethernet_planner.inference.model_file import ModelFileError
+from tethernet_core.aiming import nominal_aiming_points
+from tethernet_core.mission import Point
+from tethernet_core.system import System
+from tethernet_planner.inference import model_file, networks
+from tethernet_planner.inference.model_file import MadeFor, ModelFileError
+from tethernet_planner.inference.task import Task
 
 KIND = "policy"
 
@@ -25,82 +27,77 @@ class OutsideTrainingError(ValueError):
 class AimingPolicy:
     """The deterministic part of a trained policy: a dense network with tanh, its mean taken as it is."""
 
-    mus: int
+    made_for: MadeFor
+    task: Task
+    """Where the debris was in training, how far the units may be sent from their nominal points, and under which images
+    one debris position stands for others."""
     arrays: dict[str, np.ndarray]
     """``weight_k``, ``bias_k``; see :func:`.networks.dense`. Input and output as of :mod:`.task`."""
-    symmetry: str = "none"
-    """One of :data:`.task.SYMMETRIES`."""
     about: dict[str, Any] = field(default_factory=dict)
     """Method, seed, commit, scores: facts for the model card."""
 
-    def offsets(self, debris_position: Sequence[float]) -> npt.NDArray[np.float64]:
+    @property
+    def mus(self) -> int:
+        """Number of units."""
+        return self.made_for.units
+
+    def offsets(self, debris_position: Sequence[float]) -> np.ndarray:
         """Offsets of the aiming points from the nominal ones.
 
         Args:
             debris_position: at launch [m].
 
         Returns:
-            On the grid of 0.1 m, within 5 m [m], shape (M, 2).
+            On the task's grid, within its limit [m], shape (M, 2).
 
         Raises:
             OutsideTrainingError: naming the trained bounds.
         """
-        if not task.inside(debris_position):
+        if not self.task.inside(debris_position):
             position = ", ".join(f"{value:g}" for value in debris_position)
-            raise OutsideTrainingError(
-                f"debris at ({position}) m; trained: x and y from {task.DEBRIS_LOW_M[0]:g} to "
-                f"{task.DEBRIS_HIGH_M[0]:g}, z from {task.DEBRIS_LOW_M[2]:g} to {task.DEBRIS_HIGH_M[2]:g} m"
-            )
-        observation, image = task.scale_observation(debris_position, self.symmetry)
-        return task.offsets_from_action(networks.dense(self.arrays, observation[None])[0], image)
+            raise OutsideTrainingError(f"debris at ({position}) m; trained: {self.task.bounds_text()}")
+        observation, image = self.task.scale_observation(debris_position)
+        return self.task.offsets_from_action(networks.dense(self.arrays, observation[None])[0], image)
 
-    def aiming_points(self, mu_count: int, debris_position: Sequence[float]) -> list[tuple[float, float, float]]:
-        """Aiming points [m] of all MUs, MU 1 first: a policy in the sense of :mod:`tethernet_planner.policies`.
+    def aiming_points(self, system: System, debris_position: Sequence[float]) -> list[Point]:
+        """Aiming points [m] of all units, unit 1 first: a policy in the sense of :mod:`tethernet_planner.policies`.
 
         Raises:
-            ModelFileError: when the policy was made for another number of MUs.
+            ModelFileError: when the policy was made for another system.
             OutsideTrainingError: see :meth:`offsets`.
         """
-        self.check_design(mu_count)
-        nominal = nominal_aiming_points(mu_count, debris_position)
+        self.check_system(system)
+        nominal = nominal_aiming_points(system, debris_position)
         offsets = self.offsets(debris_position).tolist()
         return [(x + dx, y + dy, z) for (x, y, z), (dx, dy) in zip(nominal, offsets, strict=True)]
 
-    def check_design(self, mu_count: int) -> None:
-        """Make sure that the policy was made for this number of MUs.
+    def check_system(self, system: System) -> None:
+        """Make sure that the policy was made for this system.
 
         Raises:
-            ModelFileError: when it was not.
+            ModelFileError: when it was not; names both.
         """
-        if mu_count != self.mus:
-            raise ModelFileError(f"this policy was made for {self.mus} MUs, not for {mu_count}")
+        self.made_for.check(system, KIND)
 
     def save(self, path: Path) -> None:
         """Write the policy to a file; see :mod:`.model_file`."""
-        bounds = {
-            "debris_low_m": task.DEBRIS_LOW_M,
-            "debris_high_m": task.DEBRIS_HIGH_M,
-            "offset_limit_m": task.OFFSET_LIMIT_M,
-            "step_m": task.STEP_M,
-        }
-        model_file.write(path, KIND, self.arrays, {**self.about, **bounds, "mus": self.mus, "symmetry": self.symmetry})
+        about = {**self.about, **self.task.as_json(), **self.made_for.as_json()}
+        model_file.write(path, KIND, self.arrays, about)
 
     @classmethod
     def load(cls, path: Path) -> AimingPolicy:
         """Read a policy from a file.
 
         Raises:
-            ModelFileError: when it is none, is damaged, or was trained for other bounds than those of :mod:`.task`.
+            ModelFileError: when it is none or is damaged.
         """
         arrays, about = model_file.read(path, KIND)
-        if about.get("mus") not in (4, 8) or about.get("symmetry") not in task.SYMMETRIES:
-            found = f"{about.get('mus')!r} MUs, symmetry {about.get('symmetry')!r}"
-            raise ModelFileError(f"{path}: {found}; allowed: 4 or 8 MUs, {', '.join(task.SYMMETRIES)}")
-        bounds = [about.get(name) for name in ("debris_low_m", "debris_high_m", "offset_limit_m", "step_m")]
-        ours = [list(task.DEBRIS_LOW_M), list(task.DEBRIS_HIGH_M), task.OFFSET_LIMIT_M, task.STEP_M]
-        if bounds != ours:
-            raise ModelFileError(f"{path}: trained for bounds {bounds}; allowed: {ours}")
-        outputs, layers = 2 * design(about["mus"]).mu_count, networks.dense_layers(arrays)
+        made_for = MadeFor.from_json(about, path)
+        try:
+            task = Task.from_json(made_for.units, about)
+        except (KeyError, TypeError, ValueError) as error:
+            raise ModelFileError(f"{path} does not say what it was trained for: {error}") from error
+        outputs, layers = 2 * made_for.units, networks.dense_layers(arrays)
         if not layers:
             raise ModelFileError(f"{path}: has no layers; allowed: weight_0, bias_0, ...")
         for k in range(layers):
@@ -108,17 +105,20 @@ class AimingPolicy:
             width = outputs if k == layers - 1 else None
             model_file.check_shapes(path, arrays, {f"weight_{k}": (width, inputs)})
             model_file.check_shapes(path, arrays, {f"bias_{k}": (arrays[f"weight_{k}"].shape[0],)})
-        return cls(about["mus"], arrays, about["symmetry"], about)
+        return cls(made_for, task, arrays, about)
 
 
-def constant_policy(offsets: np.ndarray, symmetry: str = "none", about: dict[str, Any] | None = None) -> AimingPolicy:
+def constant_policy(
+    system: System, task: Task, offsets: np.ndarray, about: dict[str, Any] | None = None
+) -> AimingPolicy:
     """A policy that always gives the same offsets.
 
     Args:
-        offsets: [m], shape (M, 2), within 5 m.
-        symmetry: one of :data:`.task.SYMMETRIES`; the offsets are those for the canonical quarter.
+        system: that it is for.
+        task: its bounds and images.
+        offsets: [m], shape (M, 2), within the task's limit; those for the one image that stands for all.
         about: facts for the model card.
     """
-    flat = np.asarray(offsets, float).ravel() / task.OFFSET_LIMIT_M
+    flat = np.asarray(offsets, float).ravel() / task.offset_limit_m
     arrays = {"weight_0": np.zeros((len(flat), 3), np.float32), "bias_0": flat.astype(np.float32)}
-    return AimingPolicy(len(flat) // 2, arrays, symmetry, about or {})
+    return AimingPolicy(MadeFor.of(system), task, arrays, about or {})

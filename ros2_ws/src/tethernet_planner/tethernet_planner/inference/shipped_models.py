@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from tethernet_core.layout import design
 from tethernet_core.shown import SHORT, shown
 
 POLICY = "policy"
@@ -16,14 +15,23 @@ SUFFIX = ".safetensors"
 FOLDER = Path(__file__).parent / "models"
 
 
-def place(kind: str, mu_count: int) -> Path:
+def place(kind: str, system: str) -> Path:
     """Where a shipped model belongs, whether it is there or not.
 
     Args:
         kind: one of KINDS.
-        mu_count: 4 or 8.
+        system: name of the system that it is for.
     """
-    return FOLDER / f"{kind}_{design(mu_count).mu_count}mus{SUFFIX}"
+    return FOLDER / f"{kind}_{system}{SUFFIX}"
+
+
+def shipped(kind: str) -> list[str]:
+    """Names of the systems for which a model is shipped, sorted.
+
+    Args:
+        kind: one of KINDS.
+    """
+    return sorted(file.stem.removeprefix(f"{kind}_") for file in FOLDER.glob(f"{kind}_*{SUFFIX}"))
 
 
 def means_file(word: str) -> bool:
@@ -36,19 +44,19 @@ def absolute(word: str) -> str:
     return str(Path(word).absolute()) if means_file(word) else word
 
 
-def find(kind: str, word: str, shipped_word: str, mu_count: int) -> Path:
+def find(kind: str, word: str, shipped_word: str, system: str) -> Path:
     """The file that a word of the user means.
 
     Args:
         kind: one of KINDS.
         word: a path, or the word that stands for the shipped model.
         shipped_word: that word.
-        mu_count: 4 or 8.
+        system: name of the system that it is for.
 
     Raises:
-        FileNotFoundError: when no model is shipped for this design, or there is no such file; says what to do.
+        FileNotFoundError: when no model is shipped for this system, or there is no such file; says what to do.
     """
-    file = Path(word) if word != shipped_word else place(kind, mu_count)
+    file = Path(word) if word != shipped_word else place(kind, system)
     try:
         if file.is_file():
             return file
@@ -56,8 +64,9 @@ def find(kind: str, word: str, shipped_word: str, mu_count: int) -> Path:
         raise FileNotFoundError(f"there can be no file {shown(word, SHORT)}: {error.strerror}") from error
     if word != shipped_word:
         raise FileNotFoundError(f"there is no file {shown(word, SHORT)}")
+    there = ", ".join(shipped(kind)) or "none"
     raise FileNotFoundError(
-        f"no {kind} for {mu_count} MUs is shipped with this version; give the path of one that "
-        f"tethernet_learning has trained (PATH/{kind}{SUFFIX}), or put it in its place with "
+        f"no {kind} for system {shown(system, SHORT)} is shipped with this version (shipped: {there}); give the path "
+        f"of one that tethernet train has made for it (PATH/{kind}{SUFFIX}), or put it in its place with "
         "tethernet models install"
     )

@@ -13,11 +13,9 @@ from typing import Any
 import numpy as np
 
 from tethernet_core.capture_quality import captured, tight
-from tethernet_core.layout import design
 from tethernet_core.system import System
-from tethernet_planner.inference import model_file, networks
-from tethernet_planner.inference.model_file import ModelFileError
-from tethernet_planner.inference.net_features import feature_count
+from tethernet_planner.inference import model_file, net_features, networks
+from tethernet_planner.inference.model_file import MadeFor, ModelFileError
 
 KIND = "surrogate"
 
@@ -77,7 +75,7 @@ class Predictions:
     """Calibrated, 0 to 1."""
 
     def captured(self, system: System) -> np.ndarray:
-        """The paper's decision: predicted CQI and rounded pairs against their thresholds."""
+        """The paper's decision: predicted CQI and rounded pairs against the system's thresholds."""
         return captured(self.cqi, np.round(self.locked_pairs), system)
 
 
@@ -87,44 +85,54 @@ class Surrogate:
 
     model: str
     """One of MODELS."""
-    mus: int
+    made_for: MadeFor
+    max_locked_pairs: int
+    """Of the system."""
     arrays: dict[str, np.ndarray]
-    """``k.NAME``: those of member k, see :mod:`.networks`; ``input_mean``, ``input_scale``, shape (990 or 1014,);
+    """``k.NAME``: those of member k, see :mod:`.networks`; ``input_mean``, ``input_scale``, shape (inputs,);
+    ``nodes``, those of the net that are seen, see :class:`.net_features.Seen`; ``sectors``, see
+    :func:`.net_features.sector_nodes`;
     ``output_mean``, ``output_scale``, shape (3,); ``calibration``, slope and shift of the logit, shape (2,)."""
     errors: dict[str, PredictionErrors]
     """``all``; ``near``, where the predicted CQI is below the threshold; ``far``, where it is not."""
     about: dict[str, Any]
     """Data, training, scores: facts for the model card."""
 
-    def check_design(self, mus: int) -> None:
-        """Make sure that the surrogate was made for this number of MUs.
+    @property
+    def mus(self) -> int:
+        """Number of units."""
+        return self.made_for.units
+
+    def check_system(self, system: System) -> None:
+        """Make sure that the surrogate was made for this system.
 
         Raises:
-            ModelFileError: when it was not.
+            ModelFileError: when it was not; names both.
         """
-        if mus != self.mus:
-            raise ModelFileError(f"this surrogate was made for {self.mus} MUs, not for {mus}")
+        self.made_for.check(system, KIND)
 
     def predict_many(self, rows: np.ndarray) -> Predictions:
         """Predict.
 
         Args:
-            rows: features as of :func:`.net_features.features`, shape (n, 990 or 1014).
+            rows: features as of :func:`.net_features.features`, shape (n, inputs).
 
         Raises:
             ValueError: for a wrong shape.
         """
         rows = np.asarray(rows, np.float32)
-        expected = feature_count(self.mus)
+        expected = len(self.arrays["input_mean"])
         if rows.ndim != 2 or rows.shape[1] != expected:
-            raise ValueError(f"features of shape {rows.shape}; allowed: (n, {expected}) for {self.mus} MUs")
+            raise ValueError(f"features of shape {rows.shape}; allowed: (n, {expected}) for {self.made_for.system}")
         arrays = self.arrays
         inputs = (rows - arrays["input_mean"]) / arrays["input_scale"]
-        raw = np.stack([forward(self.model, self.mus, member, inputs) for member in self.members]).astype(float)
+        raw = np.stack([forward(self.model, self.arrays["sectors"], member, inputs) for member in self.members]).astype(
+            float
+        )
         values = raw[:, :, :3].mean(axis=0) * arrays["output_scale"] + arrays["output_mean"]
         return Predictions(
             np.exp(np.clip(values[:, 0], -10.0, 10.0)),
-            np.clip(values[:, 1], 0.0, design(self.mus).max_locked_pairs),
+            np.clip(values[:, 1], 0.0, self.max_locked_pairs),
             _fuel(values[:, 2]),
             probability(raw[:, :, 3], arrays["calibration"]).mean(axis=0),
         )
@@ -170,7 +178,8 @@ class Surrogate:
         about = {
             **self.about,
             "model": self.model,
-            "mus": self.mus,
+            "max_locked_pairs": self.max_locked_pairs,
+            **self.made_for.as_json(),
             "errors": {part: asdict(error) for part, error in self.errors.items()},
         }
         model_file.write(path, KIND, self.arrays, about)
@@ -183,21 +192,33 @@ class Surrogate:
             ModelFileError: when it is none, or is damaged.
         """
         arrays, about = model_file.read(path, KIND)
-        if about.get("model") not in MODELS or about.get("mus") not in (4, 8):
-            found = f"model {about.get('model')!r} for {about.get('mus')!r} MUs"
-            raise ModelFileError(f"{path}: {found}; allowed: {', '.join(MODELS)} for 4 or 8 MUs")
-        inputs = (feature_count(about["mus"]),)
+        made_for, pairs = MadeFor.from_json(about, path), about.get("max_locked_pairs")
+        if about.get("model") not in MODELS or not isinstance(pairs, int) or pairs < 0:
+            found = f"model {about.get('model')!r}, at most {pairs!r} locked pairs"
+            raise ModelFileError(f"{path}: {found}; allowed: {', '.join(MODELS)} and a whole number of pairs")
+        model_file.check_shapes(path, arrays, {"nodes": (None,), "sectors": (None, None)})
+        nodes = len(arrays["nodes"]) + made_for.units
+        inputs = (net_features.NUMBERS * nodes,)
+        for name, beyond in (("nodes", None), ("sectors", nodes + 1)):
+            numbers = arrays[name]
+            if numbers.dtype.kind not in "iu" or not ((numbers >= 0) & (beyond is None or numbers < beyond)).all():
+                raise ModelFileError(f"{path}: array {name!r} does not hold numbers of nodes")
         shapes = {"input_mean": inputs, "input_scale": inputs, "output_mean": (3,), "output_scale": (3,)}
         model_file.check_shapes(path, arrays, {**shapes, "calibration": (2,)})
         try:
             errors = {part: PredictionErrors(**about["errors"][part]) for part in ("all", "near", "far")}
-            surrogate = cls(about["model"], about["mus"], arrays, errors, about)
+            surrogate = cls(about["model"], made_for, pairs, arrays, errors, about)
             if not surrogate.members:
-                raise ValueError("it has no members; train it again with train_surrogate")
+                raise ValueError("it has no members; train it again with tethernet train surrogate")
             surrogate.predict_many(np.zeros((1, *inputs)))
         except (KeyError, TypeError, ValueError, IndexError) as error:
             raise ModelFileError(f"{path} does not make a {about['model']}: {error}") from error
         return surrogate
+
+
+def seen_arrays(system: System) -> dict[str, np.ndarray]:
+    """What a surrogate's file holds of what it sees of its system: ``nodes`` and ``sectors``."""
+    return {"nodes": net_features.seen(system).nodes, "sectors": net_features.sector_nodes(system)}
 
 
 def probability(logit: np.ndarray, calibration: np.ndarray) -> np.ndarray:
@@ -206,20 +227,20 @@ def probability(logit: np.ndarray, calibration: np.ndarray) -> np.ndarray:
     return 1.0 / (1.0 + np.exp(-np.clip(slope * logit + shift, -50.0, 50.0)))
 
 
-def forward(model: str, mus: int, arrays: networks.Arrays, inputs: np.ndarray) -> np.ndarray:
+def forward(model: str, sectors: np.ndarray, arrays: networks.Arrays, inputs: np.ndarray) -> np.ndarray:
     """A model's raw outputs.
 
     Args:
         model: one of MODELS.
-        mus: 4 or 8.
+        sectors: see :func:`.net_features.sector_nodes`.
         arrays: the model's.
-        inputs: standardised features, shape (n, 990 or 1014).
+        inputs: standardised features, shape (n, inputs).
 
     Returns:
         Shape (n, 4), see OUTPUTS.
     """
     if model == "rnn":
-        return networks.recurrent(arrays, networks.sector_inputs(inputs, mus))
+        return networks.recurrent(arrays, networks.sector_inputs(inputs, sectors))
     if model == "mlp":
         return networks.dense(arrays, inputs)
     return networks.boosted_trees(arrays, inputs)

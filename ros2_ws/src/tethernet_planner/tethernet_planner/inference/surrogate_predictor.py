@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from tethernet_core.layout import KNOT_ROWS
-from tethernet_planner.inference.net_features import features
+from tethernet_core.system import System
+from tethernet_planner.inference.net_features import features_of
 from tethernet_planner.inference.net_sample import NetSample
 from tethernet_planner.inference.prediction import Prediction
 from tethernet_planner.inference.surrogate_file import Surrogate
@@ -12,11 +12,16 @@ from tethernet_planner.inference.surrogate_file import Surrogate
 class SurrogatePredictor:
     """Asks a surrogate what the capture will come to, by what the net looks like at the start of closing."""
 
-    def __init__(self, surrogate: Surrogate):
+    def __init__(self, surrogate: Surrogate, system: System):
         """Args:
-        surrogate: made for the mission's number of MUs.
+        surrogate: made for the mission's system.
+        system: that one.
+
+        Raises:
+            ModelFileError: when it was made for another.
         """
-        self._surrogate = surrogate
+        surrogate.check_system(system)
+        self._surrogate, self._system = surrogate, system
 
     def predict(self, sample: NetSample) -> Prediction:
         """See :class:`.prediction.Predictor`.
@@ -24,10 +29,11 @@ class SurrogatePredictor:
         Raises:
             ValueError: for a net that the surrogate was not made for.
         """
-        knots = len(sample.knot_positions)
-        if knots != KNOT_ROWS**2:
-            raise ValueError(f"a net of {knots} knots; surrogates are made for {KNOT_ROWS} x {KNOT_ROWS}")
-        row = features(
+        nodes, expected = len(sample.knot_positions), self._system.net.node_count
+        if nodes != expected:
+            raise ValueError(f"a net of {nodes} nodes; that of system {self._system.name} has {expected}")
+        row = features_of(
+            self._surrogate.arrays["nodes"],
             sample.knot_positions,
             sample.knot_velocities,
             sample.mu_positions,
