@@ -6,23 +6,27 @@ from pathlib import Path
 
 import numpy as np
 
+from tethernet_core.system import System
+from tethernet_planner.inference.model_file import MadeFor
 from tethernet_planner.inference.net_features import feature_count
 from tethernet_planner.inference.policy_file import constant_policy
-from tethernet_planner.inference.surrogate_file import PredictionErrors, Surrogate, log_fuel
+from tethernet_planner.inference.surrogate_file import PredictionErrors, Surrogate, log_fuel, seen_arrays
+from tethernet_planner.inference.task import task_of
 
 
-def policy(path: Path, mus: int, dx: float = 0.5, dy: float = -0.3) -> Path:
+def policy(path: Path, system: System, dx: float = 0.5, dy: float = -0.3) -> Path:
     """A policy that always moves every aiming point by (dx, dy) [m]."""
-    constant_policy(np.tile([dx, dy], (mus, 1)), about={"method": "none", "commit": "abc"}).save(path)
+    offsets = np.tile([dx, dy], (system.unit_count, 1))
+    constant_policy(system, task_of(system), offsets, {"method": "none", "commit": "abc"}).save(path)
     return path
 
 
-def surrogate(path: Path, mus: int, cqi: float = 1.5, pairs: float = 7.2, seen: int | None = None) -> Path:
+def surrogate(path: Path, system: System, cqi: float = 1.5, pairs: float = 7.2, seen: int | None = None) -> Path:
     """A surrogate that always predicts the same, and a capture with probability one half.
 
     With ``seen`` the predicted number of locked pairs is ``pairs`` plus that one of its inputs.
     """
-    inputs = feature_count(mus)
+    inputs = feature_count(system)
     weight = np.zeros((4, inputs))
     if seen is not None:
         weight[1, seen] = 1.0
@@ -34,7 +38,9 @@ def surrogate(path: Path, mus: int, cqi: float = 1.5, pairs: float = 7.2, seen: 
         "output_mean": np.zeros(3),
         "output_scale": np.ones(3),
         "calibration": np.array([1.0, 0.0]),
+        **seen_arrays(system),
     }
     errors = {part: PredictionErrors() for part in ("all", "near", "far")}
-    Surrogate("mlp", mus, arrays, errors, {"commit": "abc"}).save(path)
+    most = system.closing.max_locked_pairs
+    Surrogate("mlp", MadeFor.of(system), most, arrays, errors, {"commit": "abc"}).save(path)
     return path

@@ -18,7 +18,7 @@ SIX = ["random", "--mus", "4", "8", "--scenarios", "3", "--seed", "3", *SHORT, "
 
 
 def read(path):
-    return tables.read(path, outcome_columns())
+    return tables.read(path, outcome_columns(8))
 
 
 def test_a_killed_campaign_goes_on_to_the_same_file(tmp_path, capsys):
@@ -126,3 +126,41 @@ def test_wrong_arguments_are_explained(words, told, tmp_path, monkeypatch, capsy
     assert tethernet("campaign", *words) == 2
     assert told in capsys.readouterr().err
     assert not os.listdir(tmp_path)  # noqa: PTH208
+
+
+def test_any_systems_fly_in_one_campaign_with_entries_replaced_and_fly_again_from_their_file(tmp_path, capsys):
+    own = tmp_path / "mine.yaml"
+    own.write_text("name: mine\nbased_on: hexagonal_6mu\ndebris: {mass_kg: 8000.0}\n")
+    first, again = tmp_path / "first.csv", tmp_path / "again.csv"
+    words = ["--system", "passive_5m", str(own), "--scenarios", "1", "--set", "mission.give_up_s=1"]
+    words += ["mission.capture_duration_s=1", "system.net.thread.damping_ratio=0.05"]
+    assert tethernet("campaign", "random", *words, "--output", str(first)) == 0
+    assert [(row["system"], row["mus"], row["error"]) for row in read(first)] == [
+        ("passive_5m", 0, None),
+        ("mine", 6, None),
+    ]
+    header = first.read_text().splitlines()[0].split(",")
+    assert "fuel_kg_mu6" in header
+    assert "fuel_kg_mu7" not in header
+    assert len({row["system_digest"] for row in read(first)}) == 2
+    rules = ["--set", "mission.give_up_s=1", "mission.capture_duration_s=1"]
+    assert tethernet("campaign", "file", "--scenarios", str(first), *rules, "--output", str(again)) == 0
+    assert [{**row, "index": 0} for row in read(again)] == [{**row, "index": 0} for row in read(first)]
+    capsys.readouterr()
+    assert tethernet("campaign", "table", str(first)) == 0
+    assert [line.split()[0] for line in capsys.readouterr().out.splitlines()] == ["system", "passive_5m", "mine"]
+    picture = tmp_path / "map.png"
+    assert tethernet("campaign", "plot", "attitude", str(first), "--output", str(picture)) == 0
+    (tmp_path / "first.csv.json").unlink()
+    assert tethernet("campaign", "plot", "attitude", str(first), "--output", str(picture)) == 2
+    assert "--system FILE" in capsys.readouterr().err
+
+
+def test_an_outcomes_file_from_before_systems_is_read(tmp_path, capsys):
+    (tmp_path / "old.csv").write_text(
+        "index,group,policy,mus,captured,verdict,cqi,locked_pairs,end_time_s,fuel_kg_mu1,seed\n"
+        "0,random,nominal,4,true,,1.0,12,40.0,0.01,1\n"
+    )
+    lacking = tethernet("campaign", "table", str(tmp_path / "old.csv"))
+    assert lacking == 0, capsys.readouterr().err
+    assert "zenit_4mu  nominal  random" in capsys.readouterr().out

@@ -13,6 +13,7 @@ import psutil
 import pytest
 
 from tests.command import tethernet
+from tests.systems import zenit
 from tethernet_learning import workers
 from tethernet_learning.campaigns import tables
 from tethernet_learning.campaigns.cases import outcome_columns
@@ -95,24 +96,24 @@ def cluster():
 @pytest.fixture
 def short(monkeypatch):
     settings = Settings.load(mission=SHORT)
-    monkeypatch.setattr(Settings, "load", classmethod(lambda cls, **_: settings))
+    monkeypatch.setattr(Settings, "load", classmethod(lambda cls, *_, **__: settings))
     return settings
 
 
 @pytest.mark.slow
 def test_one_of_two_worker_processes_is_killed_half_way_and_nothing_is_lost(cluster):
     settings = Settings.load(mission={"capture_duration_s": 1.0})
-    cases = random_positions(8, 8, 4, settings.mission)
+    cases = random_positions(zenit(8), 8, 4, settings.mission)
     killed = None
     outcomes = []
-    for flown in fly_chunks(cases, settings, 1, cluster.address):
+    for flown in fly_chunks(cases, {zenit(8): settings}, 1, cluster.address):
         outcomes += flown
         if killed is None:
             killed = cluster.two_busy()[-1]
             os.kill(killed.pid, signal.SIGKILL)
     assert killed is not None
     assert not psutil.pid_exists(killed.pid) or psutil.Process(killed.pid).status() == psutil.STATUS_ZOMBIE
-    assert outcomes == [outcome for chunk in fly_chunks(cases, settings, 8) for outcome in chunk]
+    assert outcomes == [outcome for chunk in fly_chunks(cases, {zenit(8): settings}, 8) for outcome in chunk]
 
 
 @pytest.mark.slow
@@ -128,7 +129,7 @@ def test_commands_give_the_same_files_on_the_cluster(cluster, short, tmp_path, m
     for one, other in (("here/train.parquet", "there/train.parquet"), ("here.csv", "there.csv")):
         assert (tmp_path / one).read_bytes() == (tmp_path / other).read_bytes()
     assert (tmp_path / "e_here/outcomes.csv").read_bytes() == (tmp_path / "e_there/outcomes.csv").read_bytes()
-    assert len(tables.read(tmp_path / "there.csv", outcome_columns())) == 3
+    assert len(tables.read(tmp_path / "there.csv", outcome_columns(4))) == 3
 
 
 @pytest.mark.slow

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from tests.systems import zenit
 from tethernet_learning import measured
 from tethernet_learning.evaluation import policy_scores as evaluation
 from tethernet_learning.evaluation.comparison import compare
@@ -12,7 +13,7 @@ from tethernet_planner.inference import shipped_models
 from tethernet_sim.fly import Settings
 
 FLOWN_AGAIN = 8
-"""Of the 100 unseen scenarios of the cards, for each design."""
+"""Of the 100 unseen scenarios of the cards, for each system."""
 
 FUEL = 0.01
 """How far the mean fuel of these may be from the card's of the same ones: other processors round otherwise."""
@@ -21,18 +22,18 @@ FUEL = 0.01
 @pytest.mark.parametrize("mus", [4, 8])
 @pytest.mark.parametrize("kind", shipped_models.KINDS)
 def test_every_card_was_measured_on_the_flights_of_today(kind, mus):
-    assert measured.stale(kind, mus) == ""
-    card = shipped_models.place(kind, mus).with_suffix(".md").read_text(encoding="utf-8")
-    assert f"| flight_digest | {measured.read(kind, mus)['flight_digest']} |" in card
-    assert f"| file's hash | {measured.read(kind, mus)['model']} |" in card
+    assert measured.stale(kind, zenit(mus)) == ""
+    card = shipped_models.place(kind, zenit(mus).name).with_suffix(".md").read_text(encoding="utf-8")
+    assert f"| flight_digest | {measured.read(kind, zenit(mus).name)['flight_digest']} |" in card
+    assert f"| file's hash | {measured.read(kind, zenit(mus).name)['model']} |" in card
 
 
 @pytest.mark.parametrize("mus", [4, 8])
 def test_the_shipped_policy_flies_as_its_card_says(mus):
-    card = measured.read(shipped_models.POLICY, mus)
+    card = measured.read(shipped_models.POLICY, zenit(mus).name)
     assert card["scenarios"] == len(card["flown"]) == 100
-    chosen = evaluation.contenders([policies.RL], [mus])
-    [flown] = evaluation.evaluate(chosen, FLOWN_AGAIN, card["seed"], Settings.load())
+    chosen = evaluation.contenders([policies.RL], [zenit(mus)])
+    [flown] = evaluation.evaluate(chosen, FLOWN_AGAIN, card["seed"], {zenit(mus): Settings.load(zenit(mus))})
     for name in (policies.NOMINAL, policies.RL):
         told = [scenario[name] for scenario in card["flown"][:FLOWN_AGAIN]]
         outcomes = flown.outcomes[name]
@@ -47,9 +48,9 @@ def test_the_shipped_policy_flies_as_its_card_says(mus):
 @pytest.mark.parametrize("mus", [4, 8])
 def test_the_headline_is_what_the_cards_hold(mus):
     """Captures and savings at the paper's level."""
-    card = measured.read(shipped_models.POLICY, mus)["policies"]
+    card = measured.read(shipped_models.POLICY, zenit(mus).name)["policies"]
     assert card[policies.RL]["errors"] == card[policies.NOMINAL]["errors"] == 0
-    assert card[policies.RL]["success_rate"] == PAPER[mus].success
-    assert card[policies.RL]["against_nominal"]["reduction"]["low_95"] > PAPER[mus].reduction
-    surrogate = measured.read(shipped_models.SURROGATE, mus)["scores"]
+    assert card[policies.RL]["success_rate"] == PAPER[zenit(mus).name].success
+    assert card[policies.RL]["against_nominal"]["reduction"]["low_95"] > PAPER[zenit(mus).name].reduction
+    surrogate = measured.read(shipped_models.SURROGATE, zenit(mus).name)["scores"]
     assert surrogate["all"]["right"] >= surrogate["all"]["always_captured"] - 0.01, "no worse than no model at all"

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from tests.systems import zenit
 from tethernet_learning.policies import capture_sources as sources
 from tethernet_learning.policies.reward import TERMS, Reward
 from tethernet_sim.fly import Settings
@@ -14,7 +15,7 @@ from tethernet_learning.policies.vec_env import AimingVecEnv
 
 pytestmark = pytest.mark.learning
 
-REWARD = Reward(4, 0.13, 570.0)
+REWARD = Reward(zenit(4), 0.13, 570.0)
 
 
 def test_the_gymnasium_environment_passes_the_libraries_checks():
@@ -55,7 +56,7 @@ def test_the_batch_names_its_terms_and_goes_on_where_it_is_told():
 
 def test_the_aiming_points_follow_the_debris_through_the_symmetry():
     source = Pretended()
-    env = AimingVecEnv(source, REWARD, env_count=8, seed=2, symmetry="diagonal")
+    env = AimingVecEnv(source, REWARD, env_count=8, seed=2, symmetry="system")
     assert (env.reset()[:, 0] >= np.abs(env.reset()[:, 1])).all()
     action = np.zeros((8, 8))
     action[:, 0] = 1.0  # MU 1 of the image outwards

@@ -9,7 +9,7 @@ import pytest
 
 from tests import tiny_models
 from tests.command import tethernet
-from tethernet_core.system import load_system
+from tests.systems import zenit
 from tethernet_learning import seeds
 from tethernet_learning.campaigns.cases import Case
 from tethernet_learning.campaigns.chunks import failed
@@ -41,7 +41,7 @@ def shipped(monkeypatch, tmp_path):
 def short(monkeypatch):
     rules = {"trigger_distance_m": 50.0, "capture_duration_s": 1.0}
     settings = Settings.load(mission=rules)
-    monkeypatch.setattr(Settings, "load", classmethod(lambda cls, **_: settings))
+    monkeypatch.setattr(Settings, "load", classmethod(lambda cls, *_, **__: settings))
     return settings
 
 
@@ -65,10 +65,10 @@ def test_the_reduction_is_the_mean_over_pairs_with_its_interval():
 
 def test_both_fly_the_same_unseen_scenarios_with_the_same_noise(short):
     shipped_models.FOLDER.mkdir()
-    tiny_models.policy(shipped_models.place("policy", 8), 8)
-    [flown] = evaluation.evaluate({8: ["nominal", "rl"]}, 3, 5, short)
+    tiny_models.policy(shipped_models.place("policy", "zenit_8mu"), zenit(8))
+    [flown] = evaluation.evaluate({zenit(8): ["nominal", "rl"]}, 3, 5, {zenit(8): short})
     plain, aimed = ([case.scenario for case in flown.cases[name]] for name in ("nominal", "rl"))
-    assert plain == random_scenarios(8, seeds.Purpose.POLICY_EVALUATION, 5, 0, 3)
+    assert plain == random_scenarios(zenit(8), seeds.Purpose.POLICY_EVALUATION, 5, 0, 3)
     assert [(s.debris_position, s.seed) for s in plain] == [(s.debris_position, s.seed) for s in aimed]
     assert [s.aiming_offsets is None for s in plain + aimed] == [True] * 3 + [False] * 3
     assert flown.outcomes["nominal"] != flown.outcomes["rl"]
@@ -76,19 +76,19 @@ def test_both_fly_the_same_unseen_scenarios_with_the_same_noise(short):
 
 
 def test_one_command_compares_both_designs_and_writes_everything(tmp_path, short, capsys):
-    files = [tiny_models.policy(tmp_path / f"p{mus}.safetensors", mus) for mus in (4, 8)]
+    files = [tiny_models.policy(tmp_path / f"p{mus}.safetensors", zenit(mus)) for mus in (4, 8)]
     words = ["--scenarios", "2", "--policy", *map(str, files), "--output", str(tmp_path / "out")]
     assert tethernet("evaluate", "policies", *words) == 0
     printed = capsys.readouterr().out
-    assert "| 4 MUs, 2 scenarios | nominal |" in printed
+    assert "| zenit_4mu, 2 scenarios | nominal |" in printed
     assert "the paper's trained policy" in printed
     result = json.loads((tmp_path / "out" / "evaluation.json").read_text())
     assert result["stream"] == "POLICY_EVALUATION"
-    for mus, file, reduction in (("4", files[0], 0.11), ("8", files[1], 0.018)):
-        design = result["designs"][mus]
-        assert design["paper"]["reduction"] == reduction
-        assert list(design["policies"]) == ["nominal", str(file)]
-        own = design["policies"][str(file)]
+    for name, file, reduction in (("zenit_4mu", files[0], 0.11), ("zenit_8mu", files[1], 0.018)):
+        flown = result["systems"][name]
+        assert flown["paper"]["reduction"] == reduction
+        assert list(flown["policies"]) == ["nominal", str(file)]
+        own = flown["policies"][str(file)]
         assert own["model"] == file_fingerprint(file)
         assert own["against_nominal"]["pairs"] == 2
         assert len(own["scenarios"]) == 2
@@ -100,7 +100,7 @@ def test_one_command_compares_both_designs_and_writes_everything(tmp_path, short
 
 
 def test_parameters_are_replaced_for_the_nominal_points_and_the_policy_alike(tmp_path, capsys):
-    file = tiny_models.policy(tmp_path / "p8.safetensors", 8)
+    file = tiny_models.policy(tmp_path / "p8.safetensors", zenit(8))
     words = ["--mus", "8", "--scenarios", "1", "--policy", str(file), "--output"]
     short = ["mission.trigger_distance_m=50", "mission.capture_duration_s=1"]
     found = {}
@@ -109,7 +109,7 @@ def test_parameters_are_replaced_for_the_nominal_points_and_the_policy_alike(tmp
         assert tethernet("evaluate", "policies", *words, str(tmp_path / str(ratio)), *chosen) == 0
         result = json.loads((tmp_path / str(ratio) / "evaluation.json").read_text())
         assert result["set"] == chosen[1:]
-        flown = result["designs"]["8"]["policies"]
+        flown = result["systems"]["zenit_8mu"]["policies"]
         found[ratio] = [flown[name]["scenarios"][0]["outcome"]["cqi"] for name in ("nominal", str(file))]
     assert all(a != b for a, b in zip(*found.values(), strict=True))
     capsys.readouterr()
@@ -122,7 +122,7 @@ def test_both_indices_stand_in_the_table_with_how_many_are_below_the_threshold(s
     cases = [Case(Scenario("zenit_8mu", seed=seed), "") for seed in range(3)]
     flown = [dataclasses.replace(outcome(1.0, seed=s), cqi=1.0, cqi_all=a) for s, a in enumerate((2.4, 2.5, 2.9))]
     system = cases[0].scenario.system
-    told = evaluation_report.table([evaluation.Evaluated(8, {"nominal": cases}, {"nominal": flown}, system)])
+    told = evaluation_report.table([evaluation.Evaluated(system, {"nominal": cases}, {"nominal": flown})])
     assert "| CQI, mean; below the threshold | 1.00; 3 of 3 |" in told
     assert "| CQI with the MUs counted, mean; below the threshold | 2.60; 1 of 3 |" in told
 
@@ -130,14 +130,14 @@ def test_both_indices_stand_in_the_table_with_how_many_are_below_the_threshold(s
 @pytest.mark.parametrize(
     ("words", "message"),
     [
-        ([], "no policy for 4 MUs is shipped"),
+        ([], "no policy for system zenit_4mu is shipped"),
         (["--policy", "missing.safetensors"], "there is no file"),
         (["--policy", "best"], "no policy named 'best'"),
-        (["--mus", "8", "--policy", "FOUR"], "was made for 4 MUs; give --mus 4 too"),
+        (["--mus", "8", "--policy", "FOUR"], "was made for system zenit_4mu (digest "),
     ],
 )
 def test_wrong_policies_are_explained_before_anything_flies(tmp_path, capsys, words, message):
-    four = str(tiny_models.policy(tmp_path / "four.safetensors", 4))
+    four = str(tiny_models.policy(tmp_path / "four.safetensors", zenit(4)))
     words = [four if word == "FOUR" else word for word in words]
     assert tethernet("evaluate", "policies", *words, "--output", str(tmp_path / "out")) == 2
     assert message in capsys.readouterr().err
@@ -145,24 +145,24 @@ def test_wrong_policies_are_explained_before_anything_flies(tmp_path, capsys, wo
 
 
 def test_shipping_puts_a_model_where_its_name_looks_for_it_with_a_card(tmp_path, short, capsys):
-    policy = tiny_models.policy(tmp_path / "policy.safetensors", 8)
+    policy = tiny_models.policy(tmp_path / "policy.safetensors", zenit(8))
     (tmp_path / "history.png").write_bytes(b"a picture")
     out = tmp_path / "out"
     words = ["--mus", "8", "--scenarios", "2", "--output", str(out)]
     assert tethernet("evaluate", "policies", *words, "--policy", str(policy)) == 0
     assert tethernet("models", "install", str(policy), "--evaluation", str(out / "evaluation.json")) == 0
-    policies.check("rl", load_system("zenit_8mu"))
-    card = (shipped_models.FOLDER / "policy_8mus.md").read_text()
+    policies.check("rl", zenit(8))
+    card = (shipped_models.FOLDER / "policy_zenit_8mu.md").read_text()
     for words in (
-        "# policy_8mus",
+        "# policy_zenit_8mu",
         "| commit | abc |",
         "| against_nominal.pairs | 2 | - |",
-        "![Training](policy_8mus.png)",
+        "![Training](policy_zenit_8mu.png)",
     ):
         assert words in card
-    assert (shipped_models.FOLDER / "policy_8mus.png").read_bytes() == b"a picture"
-    assert tethernet("models", "install", str(tiny_models.surrogate(tmp_path / "surrogate.safetensors", 4))) == 0
-    assert "# surrogate_4mus" in (shipped_models.FOLDER / "surrogate_4mus.md").read_text()
+    assert (shipped_models.FOLDER / "policy_zenit_8mu.png").read_bytes() == b"a picture"
+    assert tethernet("models", "install", str(tiny_models.surrogate(tmp_path / "surrogate.safetensors", zenit(4)))) == 0
+    assert "# surrogate_zenit_4mu" in (shipped_models.FOLDER / "surrogate_zenit_4mu.md").read_text()
     (tmp_path / "noise.safetensors").write_bytes(b"noise")
     capsys.readouterr()
     assert tethernet("models", "install", str(tmp_path / "noise.safetensors")) == 2
@@ -170,12 +170,12 @@ def test_shipping_puts_a_model_where_its_name_looks_for_it_with_a_card(tmp_path,
 
 
 def test_a_card_with_the_scores_of_another_policy_is_refused(tmp_path, short, capsys):
-    flown, other = (tiny_models.policy(tmp_path / f"{dx}.safetensors", 8, dx) for dx in (0.5, 1.0))
+    flown, other = (tiny_models.policy(tmp_path / f"{dx}.safetensors", zenit(8), dx) for dx in (0.5, 1.0))
     out = tmp_path / "out"
     assert tethernet("evaluate", "policies", "--mus", 8, "--scenarios", 1, "--policy", flown, "--output", out) == 0
     assert tethernet("models", "install", str(other), "--evaluation", str(out / "evaluation.json")) == 2
     assert "has not flown this policy" in capsys.readouterr().err
-    assert not shipped_models.place("policy", 8).exists()
+    assert not shipped_models.place("policy", "zenit_8mu").exists()
 
 
 def test_narrow_aiming_points_come_late_and_burn_less(capsys):

@@ -7,27 +7,28 @@ import numpy as np
 import pytest
 
 from tests.command import tethernet
-from tethernet_core.system import load_system
+from tests.systems import zenit
+from tethernet_learning.campaigns.chunks import failed
 from tethernet_learning.data import data_set, make_data, measure_repeatability
 from tethernet_learning.data.data_set import Captures
 from tethernet_learning.data.trigger import fly_and_look
 from tethernet_learning.policies import capture_sources as sources
 from tethernet_learning.surrogates import surrogate_training
 from tethernet_learning.surrogates.surrogate_scores import scores, with_errors
-from tethernet_planner.inference import networks
-from tethernet_planner.inference.model_file import ModelFileError, write
-from tethernet_planner.inference.net_features import feature_count
-from tethernet_planner.inference.surrogate_file import NOISES, Surrogate, log_fuel
+from tethernet_planner.inference import model_file, networks
+from tethernet_planner.inference.model_file import MadeFor, ModelFileError
+from tethernet_planner.inference.net_features import feature_count, sector_nodes
+from tethernet_planner.inference.surrogate_file import NOISES, Surrogate, log_fuel, seen_arrays
 from tethernet_sim.fly import Settings
 
 pytestmark = pytest.mark.learning
-SYSTEM = load_system("zenit_4mu")
+SYSTEM = zenit(4)
 
 
-def invented(mus, count, seed):
+def invented(system, count, seed):
     """Captures that depend on how far the net is beside the debris."""
     random = np.random.default_rng(seed)
-    rows = random.normal(0, 0.3, (count, feature_count(mus) // 6, 6)).astype(np.float32)
+    rows = random.normal(0, 0.3, (count, feature_count(system) // 6, 6)).astype(np.float32)
     beside = random.uniform(0, 4, count)
     rows[:, :, 2] += beside[:, None]
     captured = beside < 2.5
@@ -36,19 +37,17 @@ def invented(mus, count, seed):
     cqi = 0.5 + beside
     fuel = 0.1 * np.ones(count)
     flat = rows.reshape(count, -1)
-    return Captures(
-        mus, flat, cqi, pairs, fuel, captured, count, int((~captured).sum()), about, load_system(f"zenit_{mus}mu")
-    )
+    return Captures(flat, cqi, pairs, fuel, captured, count, int((~captured).sum()), about, system)
 
 
 @pytest.fixture(scope="module")
 def materials():
-    return surrogate_training.prepare(invented(4, 80, 0), seed=0)
+    return surrogate_training.prepare(invented(SYSTEM, 80, 0), seed=0)
 
 
 @pytest.mark.parametrize("mus", [4, 8])
 def test_the_sequence_goes_once_round_the_mouth(mus):
-    nodes = networks.sector_nodes(mus)
+    nodes = sector_nodes(zenit(mus))
     assert nodes.shape == (8, 22)
     knots = nodes[:, :20].ravel()
     assert sorted(knots) == list(range(160))
@@ -63,7 +62,7 @@ def test_what_is_saved_predicts_what_was_trained(name, materials, tmp_path):
     from tethernet_learning.surrogates.train_surrogate import train_one
 
     overrides = {"epochs": 12, "trees": 30}
-    test = invented(4, 60, 1)
+    test = invented(SYSTEM, 60, 1)
     surrogate = with_errors(train_one(name, materials[:2], 3, overrides, {}), test)
     surrogate.save(tmp_path / "a.safetensors")
     again = Surrogate.load(tmp_path / "a.safetensors")
@@ -99,7 +98,7 @@ def test_every_scenario_is_held_back_from_one_member(materials):
 
 
 def test_too_few_failures_for_every_member_are_told():
-    captures = invented(4, 80, 0)
+    captures = invented(SYSTEM, 80, 0)
     captured = np.ones(80, bool)
     captured[17] = False
     with pytest.raises(ValueError, match=r"too few of the 80 training scenarios .* make more scenarios"):
@@ -112,8 +111,8 @@ def test_members_predict_together():
     alone, other = small_surrogate(), small_surrogate()
     other.arrays["0.bias_0"] = np.array([0.6, -3.0, 1.0, 2.0])
     second = {f"1.{name[2:]}": array for name, array in other.arrays.items() if name.startswith("0.")}
-    both = Surrogate("mlp", 4, {**alone.arrays, **second}, alone.errors, {})
-    rows = np.zeros((1, feature_count(4)))
+    both = dataclasses.replace(alone, arrays={**alone.arrays, **second})
+    rows = np.zeros((1, feature_count(SYSTEM)))
     a, b, ab = (surrogate.predict_many(rows) for surrogate in (alone, other, both))
     assert ab.locked_pairs[0] == pytest.approx((a.locked_pairs[0] + b.locked_pairs[0]) / 2)
     assert ab.cqi[0] == pytest.approx(np.sqrt(a.cqi[0] * b.cqi[0]))
@@ -127,7 +126,7 @@ def test_numpy_and_torch_agree(materials):
     torch.manual_seed(0)
     rows = materials[0].held_inputs
     dense = _Dense(rows.shape[1], 0.0)
-    steps = networks.sector_inputs(rows, 4)
+    steps = networks.sector_inputs(rows, sector_nodes(SYSTEM))
     recurrent = _Recurrent(steps.shape[2], 0.0)
     with torch.no_grad():
         expected = dense.outputs(torch.from_numpy(rows)).numpy()
@@ -152,28 +151,28 @@ def test_exported_trees_predict_what_scikit_learn_does():
     assert np.allclose(networks.boosted_trees(arrays, rows)[:, 0], model.predict(rows), atol=1e-5)
 
 
-def small_surrogate(mus=4):
-    inputs = feature_count(mus)
+def small_surrogate(system=SYSTEM):
+    inputs = feature_count(system)
     arrays = {
         "0.weight_0": np.zeros((4, inputs)), "0.bias_0": np.zeros(4), "input_mean": np.zeros(inputs),
         "input_scale": np.ones(inputs), "output_mean": np.array([0.0, 9.0, log_fuel(0.1)]), "output_scale": np.ones(3),
-        "calibration": np.array([1.0, 0.0]),
+        "calibration": np.array([1.0, 0.0]), **seen_arrays(system),
     }  # fmt: skip
     errors = dict.fromkeys(("all", "near", "far"), surrogate_training.PredictionErrors(0.0, 0.5, 0.0, 0.5))
-    return Surrogate("mlp", mus, arrays, errors, {})
+    return Surrogate("mlp", MadeFor.of(system), system.closing.max_locked_pairs, arrays, errors, {})
 
 
 @pytest.mark.parametrize("fuel_kg", [0.0, 0.08, 2.0])
 def test_the_fuel_of_closing_comes_out_of_its_logarithm(fuel_kg):
-    surrogate = small_surrogate(8)
+    surrogate = small_surrogate(zenit(8))
     surrogate.arrays["output_mean"][2] = log_fuel(fuel_kg)
-    predicted = surrogate.predict_many(np.zeros((1, feature_count(8))))
+    predicted = surrogate.predict_many(np.zeros((1, feature_count(zenit(8)))))
     assert predicted.closing_fuel_kg[0] == pytest.approx(fuel_kg, abs=1e-9)
 
 
 def test_an_episode_through_a_surrogate(tmp_path):
     small_surrogate().save(tmp_path / "s.safetensors")
-    scenarios = make_data.scenarios(4, "train", 1, 0, 2)
+    scenarios = make_data.scenarios(SYSTEM, "train", 1, 0, 2)
     flown = [sources.make("surrogate", Settings.load(), tmp_path / "s.safetensors", noise) for noise in NOISES]
     split, _, exact = (source.fly(scenarios) for source in flown)
     assert (split.cqi != exact.cqi).any()
@@ -182,25 +181,41 @@ def test_an_episode_through_a_surrogate(tmp_path):
     assert alone.fuel_kg[0] == split.fuel_kg[0] > 0.1
 
 
-@pytest.mark.parametrize("spoil", ["missing", "text", "kind", "mus", "shape", "nan", "members"])
+@pytest.mark.parametrize(
+    "spoil", ["missing", "text", "kind", "system", "units", "shape", "nan", "members", "nodes", "sectors"]
+)
 def test_wrong_files_are_explained(spoil, tmp_path):
     path = tmp_path / "s.safetensors"
     surrogate = small_surrogate()
+    surrogate.save(path)
+    arrays, about = model_file.read(path, "surrogate")
+    path.unlink()
+    changed = {
+        "shape": {"calibration": np.zeros(3)},
+        "nan": {"calibration": np.full(2, np.nan)},
+        "nodes": {"nodes": -arrays["nodes"]},
+        "sectors": {"sectors": arrays["sectors"] + 200},
+    }
     if spoil == "text":
         path.write_text("no model")
-    elif spoil == "kind":
-        write(path, "policy", surrogate.arrays, {"mus": 4})
-    elif spoil == "mus":
-        write(path, "surrogate", surrogate.arrays, {"mus": 8, "model": "mlp", "errors": {}})
-    elif spoil == "shape":
-        write(path, "surrogate", {**surrogate.arrays, "calibration": np.zeros(3)}, {"mus": 4, "model": "mlp"})
     elif spoil == "members":
-        without = {name: array for name, array in surrogate.arrays.items() if not name.startswith("0.")}
-        write(path, "surrogate", without, {"mus": 4, "model": "mlp", "errors": {key: {} for key in surrogate.errors}})
-    elif spoil == "nan":
-        write(path, "surrogate", {**surrogate.arrays, "calibration": np.full(2, np.nan)}, {"mus": 4, "model": "mlp"})
+        model_file.write(path, "surrogate", {n: a for n, a in arrays.items() if not n.startswith("0.")}, about)
+    elif spoil != "missing":
+        facts = {"system": {"system": None}, "units": {"mus": 8}}.get(spoil, {})
+        kind = "policy" if spoil == "kind" else "surrogate"
+        model_file.write(path, kind, {**arrays, **changed.get(spoil, {})}, {**about, **facts})
     with pytest.raises(ModelFileError, match=r"s\.safetensors"):
         Surrogate.load(path)
+
+
+def test_a_data_set_without_its_system_is_refused_with_what_to_do(tmp_path):
+    parquet, pa = pytest.importorskip("pyarrow.parquet"), pytest.importorskip("pyarrow")
+    flown = make_data.scenarios(SYSTEM, "train", 0, 0, 1)
+    outcomes = [failed(scenario, "not flown") for scenario in flown]
+    table = pa.Table.from_pylist(data_set.rows(0, flown, outcomes, [None]), data_set.schema(SYSTEM, {"seed": 0}))
+    parquet.write_table(table, tmp_path / "old.parquet")
+    with pytest.raises(ValueError, match=r"old\.parquet does not say which system .* anew with tethernet data make"):
+        data_set.read(tmp_path / "old.parquet")
 
 
 def test_a_data_set_is_made_described_resumed_and_not_mixed(tmp_path, capsys):
@@ -213,7 +228,7 @@ def test_a_data_set_is_made_described_resumed_and_not_mixed(tmp_path, capsys):
     assert json.loads(form.metadata[b"tethernet"])["seed"] == 0
     captures = data_set.read(tmp_path / "d" / "train.parquet")
     assert captures.scenarios == 2
-    flown = make_data.scenarios(4, "train", 0, 0, 2)
+    flown = make_data.scenarios(SYSTEM, "train", 0, 0, 2)
     outcomes, seen = fly_and_look(flown, Settings.load(), stop_at_trigger=False)
     same = data_set.captures(outcomes, seen, captures.about, SYSTEM)
     for field in dataclasses.fields(data_set.Captures):
@@ -229,7 +244,7 @@ def test_a_micrometre_at_the_trigger_changes_the_capture_and_nothing_before(monk
     flown = []
     fly_many = measure_repeatability.fly_many
     monkeypatch.setattr(measure_repeatability, "fly_many", lambda *a, **k: flown.append(fly_many(*a, **k)) or flown[-1])
-    found = measure_repeatability.measure(4, 3, 0, Settings.load())
+    found = measure_repeatability.measure(SYSTEM, 3, 0, Settings.load())
     pairs = [(a, b) for a, b in zip(*flown, strict=True) if a.trigger_time_s is not None]
     assert found["closing_began"] == len(pairs) > 0
     differ = sum(a.captured != b.captured for a, b in pairs) / len(pairs)

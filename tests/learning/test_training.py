@@ -16,17 +16,21 @@ pytest.importorskip("stable_baselines3")
 import tethernet_planner
 from tests.command import tethernet
 from tests.learning.pretended import Pretended
+from tests.systems import zenit
 from tethernet_learning import run_folder
 from tethernet_learning.policies import history, offset_search, train_policy
 from tethernet_learning.policies.ppo import PpoSettings
 from tethernet_learning.policies.reward import Reward
 from tethernet_planner.inference import model_file
 from tethernet_planner.inference.policy_file import AimingPolicy, OutsideTrainingError, constant_policy
+from tethernet_planner.inference.symmetry import Symmetry
+from tethernet_planner.inference.task import task_of
 
 pytestmark = pytest.mark.learning
 
-REWARD = Reward(4, 0.05, 570.0)
-SETTINGS = PpoSettings(4, seed=5, episodes=128, envs=8, steps=2, batch=8, log_std=-1.0)
+ZENIT_4 = zenit(4)
+REWARD = Reward(ZENIT_4, 0.05, 570.0)
+SETTINGS = PpoSettings(ZENIT_4, seed=5, episodes=128, envs=8, steps=2, batch=8, log_std=-1.0)
 
 
 class KilledError(Exception):
@@ -59,12 +63,12 @@ def test_the_same_seed_gives_the_same_policy_killed_or_not(tmp_path):
     files = [tmp_path / name / history.FILE for name in ("whole", "killed")]
     assert files[0].read_text() == files[1].read_text()
     assert len(history.read(files[0])) == 16
-    other = train(tmp_path / "other", settings=PpoSettings(4, seed=6, episodes=128, envs=8, steps=2, batch=8))
+    other = train(tmp_path / "other", settings=PpoSettings(ZENIT_4, seed=6, episodes=128, envs=8, steps=2, batch=8))
     assert not np.array_equal(whole["weight_0"], other["weight_0"])
 
 
 def test_a_training_learns_and_leaves_what_it_should(tmp_path):
-    settings = PpoSettings(4, seed=1, episodes=1600, envs=32, steps=2, log_std=-1.0)
+    settings = PpoSettings(ZENIT_4, seed=1, episodes=1600, envs=32, steps=2, log_std=-1.0)
     train(tmp_path / "run", settings=settings)
     lines = history.read(tmp_path / "run" / history.FILE)
     rewards = [line[1] for line in lines]
@@ -131,7 +135,7 @@ def test_no_module_unpickles_what_it_finds():
 @pytest.mark.parametrize("wrong", [{"episodes": 100}, {"symmetry": "x"}, {"batch": 0}])
 def test_wrong_settings_are_explained(wrong):
     with pytest.raises(ValueError, match="allowed"):
-        PpoSettings(4, **wrong)
+        PpoSettings(ZENIT_4, **wrong)
 
 
 def test_a_folder_takes_one_run_only(tmp_path):
@@ -146,36 +150,37 @@ def test_a_folder_takes_one_run_only(tmp_path):
 
 
 def test_a_policy_keeps_its_bounds_and_its_design(tmp_path):
-    constant_policy(np.full((4, 2), 1.2)).save(tmp_path / "p.safetensors")
+    constant_policy(ZENIT_4, task_of(ZENIT_4), np.full((4, 2), 1.2)).save(tmp_path / "p.safetensors")
     policy = AimingPolicy.load(tmp_path / "p.safetensors")
     assert np.allclose(policy.offsets((1.0, 2.0, -44.0)), 1.2)
-    points = policy.aiming_points(4, (1.0, 2.0, -44.0))
+    points = policy.aiming_points(ZENIT_4, (1.0, 2.0, -44.0))
     assert np.allclose(points[0], (-9.8, -8.8, -44.0))
     with pytest.raises(OutsideTrainingError, match="z from -60 to -40"):
         policy.offsets((0.0, 0.0, -70.0))
-    with pytest.raises(model_file.ModelFileError, match="made for 4 MUs, not for 8"):
-        policy.aiming_points(8, (0.0, 0.0, -50.0))
+    with pytest.raises(model_file.ModelFileError, match=r"made for system zenit_4mu .*, not for zenit_8mu"):
+        policy.aiming_points(zenit(8), (0.0, 0.0, -50.0))
 
 
 @pytest.mark.parametrize("spoil", ["missing", "text", "surrogate", "symmetry", "layer"])
 def test_wrong_policy_files_are_explained(spoil, tmp_path):
     path = tmp_path / "p.safetensors"
-    policy = constant_policy(np.zeros((4, 2)))
+    policy = constant_policy(ZENIT_4, task_of(ZENIT_4), np.zeros((4, 2)))
     if spoil == "text":
         path.write_text("no policy")
     elif spoil == "surrogate":
-        model_file.write(path, "surrogate", policy.arrays, {"mus": 4})
+        model_file.write(path, "surrogate", policy.arrays, policy.made_for.as_json())
     elif spoil == "symmetry":
-        AimingPolicy(4, policy.arrays, "mirror").save(path)
+        task = policy.task.with_images([Symmetry(((1.0, 0.0), (0.0, 2.0)), (0, 1, 2, 3))])
+        AimingPolicy(policy.made_for, task, policy.arrays).save(path)
     elif spoil == "layer":
-        AimingPolicy(4, {**policy.arrays, "bias_0": np.zeros(3)}).save(path)
+        AimingPolicy(policy.made_for, policy.task, {**policy.arrays, "bias_0": np.zeros(3)}).save(path)
     with pytest.raises(model_file.ModelFileError, match=r"p\.safetensors"):
         AimingPolicy.load(path)
 
 
 def test_the_search_finds_the_offsets_killed_or_not(tmp_path):
     pytest.importorskip("cma")
-    settings = offset_search.SearchSettings(4, seed=1, episodes=40 * 24, scenarios=2, candidates=12)
+    settings = offset_search.SearchSettings(ZENIT_4, seed=1, episodes=40 * 24, scenarios=2, candidates=12)
 
     def search(folder, source):
         folder.mkdir(exist_ok=True)

@@ -4,6 +4,7 @@ import json
 
 import pytest
 
+from tethernet_core.system import load_system
 from tethernet_learning.campaigns import scenario_file, tables
 from tethernet_learning.campaigns.cases import Case, aim, outcome_columns, row
 from tethernet_learning.campaigns.chunks import failed
@@ -20,16 +21,17 @@ ROWS = [
     {"name": None, "count": None, "size": None, "good": None},
     {"name": "d", "count": -1, "size": 1e-300, "good": False},
 ]
+SETTINGS = {load_system("zenit_8mu"): Settings.load("zenit_8mu")}
 CASES = [Case(Scenario("zenit_8mu", seed=seed), "some") for seed in range(3)]
 
 
 def rows(cases):
-    return [row(i, case, failed(case.scenario, "not flown")) for i, case in enumerate(cases)]
+    return [row(i, case, failed(case.scenario, "not flown"), 8) for i, case in enumerate(cases)]
 
 
 @pytest.fixture
 def description():
-    return describe({"name": "test", "seed": 1}, CASES, Settings.load())
+    return describe({"name": "test", "seed": 1}, CASES, SETTINGS)
 
 
 @pytest.mark.parametrize("suffix", tables.SUFFIXES)
@@ -75,13 +77,13 @@ def test_scenarios_come_from_a_file(tmp_path, suffix):
     lost = Scenario("zenit_4mu", debris_position=(1.0, 2.0, -45.0), failure=Failure(2, "no_odometry", 3.0))
     aimed = Scenario("zenit_4mu", aiming_offsets=((0.0, 0.5),) * 4)
     cases = [Case(lost, "lost", "nominal"), Case(aimed, "aimed", "clever")]
-    tables.write(path, outcome_columns(), rows(cases))
+    tables.write(path, outcome_columns(8), rows(cases))
     assert aim(scenario_file.read(path), "nominal") == cases
 
 
 def test_what_a_scenario_file_lacks_is_the_default(tmp_path):
     path = tmp_path / "scenarios.csv"
-    path.write_text("mus,seed\n4,7\n8,\n")
+    path.write_text("system,mus,seed\n,4,7\nzenit_8mu,,\n")
     assert [case.scenario for case in scenario_file.read(path)] == [
         Scenario("zenit_4mu", seed=7),
         Scenario("zenit_8mu"),
@@ -92,7 +94,9 @@ def test_what_a_scenario_file_lacks_is_the_default(tmp_path):
     ("text", "told"),
     [
         ("mus,sped\n8,1\n", "unknown columns: sped"),
-        ("mus\n5\n", "row 1: no system 'zenit_5mu'"),
+        ("mus\n5\n", "row 1: --mus 5: no shipped system for it"),
+        ("system\nzenit_9mu\n", "row 1: system = 'zenit_9mu': no system"),
+        ("system,mus\nzenit_4mu,8\n", "row 1: mus = 8, but system zenit_4mu has 4 units"),
         ("mus,debris_rate_x\n8,\n8,1\n", "row 2: column debris_rate_y is empty"),
         ("mus,failure_mu,failure_kind,failure_time_s\n4,5,no_thrust,1\n", "mu from 1 to 4"),
         ("mus\n", "has no rows"),
@@ -130,10 +134,13 @@ def test_another_campaigns_file_is_refused(tmp_path, description, flown):
         results.add(rows(CASES)[:flown])
         if flown == len(CASES):
             results.finish()
+    [system] = SETTINGS
+    changed = load_system("zenit_8mu", {"debris.mass_kg": 8000.0})
     for settings, cases, told in (
-        (Settings.load(control={"kp": 11.0}), CASES, "settings.control.kp: "),
-        (Settings.load(), CASES[:2], "scenarios: 3 in the file, 2 now"),
-        (Settings.load(), [*CASES[:2], CASES[0]], "scenarios_sha256"),
+        ({system: Settings.load(system, control={"kp": 11.0})}, CASES, "settings.zenit_8mu.control.kp: "),
+        ({changed: SETTINGS[system]}, CASES, "system_digests.zenit_8mu: "),
+        (SETTINGS, CASES[:2], "scenarios: 3 in the file, 2 now"),
+        (SETTINGS, [*CASES[:2], CASES[0]], "scenarios_sha256"),
     ):
         with pytest.raises(CampaignError) as found:
             Results(path, describe({"name": "test", "seed": 1}, cases, settings))
@@ -146,7 +153,7 @@ def test_other_code_is_another_campaign(monkeypatch, description):
 
     monkeypatch.setattr("tethernet_learning.source_digest.FLOWN_BY", (tethernet_planner,))
     source_digest.cache_clear()
-    [difference] = differences(description, describe({"name": "test", "seed": 1}, CASES, Settings.load()))
+    [difference] = differences(description, describe({"name": "test", "seed": 1}, CASES, SETTINGS))
     source_digest.cache_clear()
     assert difference.startswith("code_sha256: ")
 
@@ -181,5 +188,5 @@ def test_the_description_is_complete_json(tmp_path, description):
     Results(tmp_path / "out.csv", description).__exit__()
     told = json.loads((tmp_path / "out.csv.json").read_text())
     assert told == description
-    assert told["settings"]["physics"]["fold_factor"] == 0.05
+    assert told["settings"]["zenit_8mu"]["physics"]["fold_factor"] == 0.05
     assert told["source"] == {"name": "test", "seed": 1}

@@ -5,14 +5,20 @@ import math
 import numpy as np
 import pytest
 
+from tests.systems import zenit
 from tethernet_core.parameters import load
 from tethernet_core.settings import MissionParameters
+from tethernet_core.system import load_system
 from tethernet_learning.campaigns import attitude_map, sphere, tumble_map
 from tethernet_learning.campaigns import variations as sources
+from tethernet_learning.campaigns.body_axis import body_axis
 from tethernet_learning.campaigns.cases import Case, row
+from tethernet_learning.campaigns.errors import CampaignError
+from tethernet_learning.campaigns.flown_systems import FlownSystems
 from tethernet_sim.scenario import FAILURES, Outcome, Scenario
 
 RULES = load(MissionParameters)
+Z = (0.0, 0.0, 1.0)
 
 
 @pytest.mark.parametrize("hemisphere", [False, True])
@@ -29,16 +35,16 @@ def test_directions_are_spread_evenly(hemisphere):
 
 
 def test_attitudes_point_the_long_axis_where_they_should():
-    cases = sources.attitudes(8, 40, 2, 1, RULES)
-    axes = sphere.long_axes(np.array([case.scenario.debris_attitude for case in cases]))
+    cases = sources.attitudes(zenit(8), 40, 2, 1, RULES)
+    axes = sphere.axes_of(np.array([case.scenario.debris_attitude for case in cases]), Z)
     assert np.allclose(axes, np.repeat(sphere.directions(40, hemisphere=True), 2, axis=0), atol=1e-9)
     assert len({case.scenario.debris_position for case in cases}) == 80
     steep = next(case for case in cases if case.group.startswith("axis  0 to 15"))
-    assert math.degrees(math.acos(sphere.long_axes(np.array([steep.scenario.debris_attitude]))[0, 2])) <= 15.0
+    assert math.degrees(math.acos(sphere.axes_of(np.array([steep.scenario.debris_attitude]), Z)[0, 2])) <= 15.0
 
 
 def test_both_designs_fly_the_same_places():
-    four, eight = (sources.attitudes(mus, 5, 2, 1, RULES) for mus in (4, 8))
+    four, eight = (sources.attitudes(zenit(mus), 5, 2, 1, RULES) for mus in (4, 8))
     for one, other in zip(four, eight, strict=True):
         assert one.scenario.mus != other.scenario.mus
         assert one.scenario.debris_position == other.scenario.debris_position
@@ -46,24 +52,26 @@ def test_both_designs_fly_the_same_places():
 
 
 def test_tumbles_have_the_rates_and_fly_the_same_places():
-    cases = sources.tumbles(8, [0.0, 2.5, 5.0], 4, 3, 1, RULES)
+    cases = sources.tumbles(zenit(8), [0.0, 2.5, 5.0], 4, 3, 1, RULES)
     assert len(cases) == 36
     rates = [math.degrees(math.hypot(*case.scenario.debris_rate)) for case in cases]
     assert rates == pytest.approx([0.0] * 12 + [2.5] * 12 + [5.0] * 12)
     assert [case.scenario.debris_position for case in cases[:12]] == [c.scenario.debris_position for c in cases[24:]]
     assert {case.scenario.debris_attitude for case in cases} == {Scenario("zenit_8mu").debris_attitude}
-    assert len({c.scenario.debris_attitude for c in sources.tumbles(8, [1.0], 4, 3, 1, RULES, True)}) == 12
+    assert len({c.scenario.debris_attitude for c in sources.tumbles(zenit(8), [1.0], 4, 3, 1, RULES, True)}) == 12
 
 
 def test_losses_are_of_any_mu_at_any_time():
-    cases = sources.losses(4, 200, 1, RULES, 32.0)
+    cases = sources.losses(zenit(4), 200, 1, RULES, 32.0)
     lost = [case.scenario.failure for case in cases]
     assert {failure.mu for failure in lost} == {1, 2, 3, 4}
     assert {failure.kind for failure in lost} == set(FAILURES) == {case.group for case in cases}
     times = [failure.time_s for failure in lost]
     assert 0.0 <= min(times) < 2.0
     assert 30.0 < max(times) <= 32.0
-    assert {c.scenario.failure.kind for c in sources.losses(8, 9, 1, RULES, 5.0, ["no_odometry"])} == {"no_odometry"}
+    assert {c.scenario.failure.kind for c in sources.losses(zenit(8), 9, 1, RULES, 5.0, ["no_odometry"])} == {
+        "no_odometry"
+    }
 
 
 def test_the_projection_keeps_areas_and_can_be_reversed():
@@ -82,17 +90,19 @@ def texts(figure):
 
 def fly_nothing(cases, captured):
     return [
-        row(i, case, Outcome(captured(case), "", 1.0, 7, 24.0, 40.0, (0.02,) * 8, (0.01,) * 8, 530.0, 1.0, 0.1, 1, 8))
+        row(
+            i, case, Outcome(captured(case), "", 1.0, 7, 24.0, 40.0, (0.02,) * 8, (0.01,) * 8, 530.0, 1.0, 0.1, 1, 8), 8
+        )
         for i, case in enumerate(cases)
     ]
 
 
 def test_the_attitude_map_paints_each_direction_with_its_own_share():
-    cases = sources.attitudes(8, 50, 2, 1, RULES)
+    cases = sources.attitudes(zenit(8), 50, 2, 1, RULES)
     axis = sphere.directions(50, hemisphere=True)[10]
     rows = fly_nothing(cases, lambda case: case.scenario.debris_attitude == sphere.attitude_along(axis))
-    figure = attitude_map.draw(rows)
-    assert "8 MUs: 2 of 100 captured (2.0 %)\n50 directions; missions for each: 2" in list(texts(figure))
+    figure = attitude_map.draw(rows, FlownSystems())
+    assert "zenit_8mu: 2 of 100 captured (2.0 %)\nlong axis, 50 directions; missions for each: 2" in list(texts(figure))
     image = figure.axes[0].images[0].get_array()
     x, y = sphere.equal_area(axis[None])[0]
     pixel = tuple(int((value + 1.0) / 2.0 * attitude_map.PIXELS) for value in (y, x))
@@ -104,23 +114,46 @@ def test_the_attitude_map_paints_each_direction_with_its_own_share():
 def test_many_single_attitudes_are_gathered():
     random = np.random.default_rng(1)
     attitudes = [sphere.random_attitude(random) for _ in range(attitude_map.LARGEST_CELLS + 100)]
-    some = row(0, Case(Scenario("zenit_8mu"), ""), Outcome(True, "", 1.0, 8, 24.0, 40.0, (), (), 530.0, 1.0, 0.1, 1, 8))
+    some = row(
+        0, Case(Scenario("zenit_8mu"), ""), Outcome(True, "", 1.0, 8, 24.0, 40.0, (), (), 530.0, 1.0, 0.1, 1, 8), 8
+    )
     rows = [
         {**some, **dict(zip((f"debris_attitude_{axis}" for axis in "xyzw"), attitude, strict=True))}
         for attitude in attitudes
     ]
-    axes, cell = attitude_map._cells(rows)
+    axes, cell = attitude_map._cells(rows, Z)
     assert len(axes) == attitude_map.CELLS
-    found = sphere.long_axes(np.array(attitudes))
+    found = sphere.axes_of(np.array(attitudes), Z)
     assert np.abs(np.sum(found * axes[cell], axis=1)).min() > math.cos(math.radians(15.0))
 
 
 def test_the_tumble_map_counts_rates_and_axes():
-    cases = sources.tumbles(8, [0.0, 5.0], 12, 1, 1, RULES)
-    figure = tumble_map.draw(fly_nothing(cases, lambda case: abs(case.scenario.debris_rate[2]) < 1e-6))
+    cases = sources.tumbles(zenit(8), [0.0, 5.0], 12, 1, 1, RULES)
+    figure = tumble_map.draw(fly_nothing(cases, lambda case: abs(case.scenario.debris_rate[2]) < 1e-6), FlownSystems())
     found = list(texts(figure))
-    assert "8 MUs: 12 of 24 captured (50.0 %)" in found
+    assert "zenit_8mu: 12 of 24 captured (50.0 %)" in found
     assert found.count("n = 12") == 2
     cells = [text for text in found if " of " in text and "\n" in text]
     assert sum(int(text.split()[-1]) for text in cells) == 24  # twelve that tumble, in both panels
     assert all(text.startswith("0 %\n0 of") for text in cells)
+
+
+def test_the_axis_is_the_long_one_where_there_is_one():
+    assert body_axis(zenit(8)) == (Z, "long axis", True)
+    assert body_axis(load_system("passive_5m")) == (Z, "body axis z", True)
+    lying = load_system("zenit_8mu", {"debris.shape": {"kind": "box", "size_m": [9.0, 2.0, 2.0]}})
+    assert body_axis(lying) == ((1.0, 0.0, 0.0), "long axis", True)
+    cases = sources.attitudes(lying, 12, 1, 1, RULES)
+    axes = sphere.axes_of(np.array([case.scenario.debris_attitude for case in cases]), (1.0, 0.0, 0.0))
+    assert np.allclose(axes, sphere.directions(12, hemisphere=True), atol=1e-9)
+    envisat = load_system("envisat_8mu")
+    assert not body_axis(envisat).ends_alike
+    down = [case.scenario.debris_attitude for case in sources.attitudes(envisat, 12, 1, 1, RULES)]
+    assert len({tuple(np.round(attitude, 6)) for attitude in down}) == 12
+    along = sphere.in_launch_frame(np.array(down), np.tile(body_axis(envisat).direction, (12, 1)))
+    assert np.allclose(along, sphere.directions(12), atol=1e-9), "either end, over the whole sphere"
+
+
+def test_without_units_none_can_be_lost():
+    with pytest.raises(CampaignError, match="passive_5m has no units"):
+        sources.losses(load_system("passive_5m"), 3, 1, RULES, 5.0)

@@ -48,11 +48,11 @@ def test_errors_count_as_not_captured_and_spoil_no_mean():
 
 def test_the_table_has_one_line_for_each_group():
     flown = [("a", outcome()), ("b", outcome(False, 5)), ("a", outcome())]
-    rows = [row(i, Case(Scenario("zenit_8mu"), group), result) for i, (group, result) in enumerate(flown)]
+    rows = [row(i, Case(Scenario("zenit_8mu"), group), result, 8) for i, (group, result) in enumerate(flown)]
     head, first, second = table(rows)
-    assert head.split()[:3] == ["mus", "policy", "group"]
-    assert first.split()[:5] == ["8", "nominal", "a", "2", "100.0"]
-    assert second.split()[:5] == ["8", "nominal", "b", "1", "0.0"]
+    assert head.split()[:3] == ["system", "policy", "group"]
+    assert first.split()[:5] == ["zenit_8mu", "nominal", "a", "2", "100.0"]
+    assert second.split()[:5] == ["zenit_8mu", "nominal", "b", "1", "0.0"]
     assert second.endswith("5: 1")
     assert len(table(rows, ["failure_kind"])) == 2
     with pytest.raises(CampaignError, match="'speed'"):

@@ -5,6 +5,7 @@ import json
 import pytest
 
 from tests import tiny_models
+from tests.systems import zenit
 from tethernet_learning import flight_digest, measured
 from tethernet_planner.inference import shipped_models
 from tethernet_planner.inference.model_file import file_fingerprint
@@ -59,17 +60,18 @@ def test_a_default_parameter_counts(monkeypatch):
 
 def test_a_card_of_other_physics_of_another_file_or_none_is_stale_and_the_command_is_named(monkeypatch, tmp_path):
     monkeypatch.setattr(shipped_models, "FOLDER", tmp_path)
-    file = tiny_models.policy(shipped_models.place("policy", 8), 8)
-    assert "cannot be read" in measured.stale("policy", 8)
+    file = tiny_models.policy(shipped_models.place("policy", "zenit_8mu"), zenit(8))
+    assert "cannot be read" in measured.stale("policy", zenit(8))
     told = {"model": file_fingerprint(file), "flight_digest": flight_digest.flight_digest()}
+    told["system_digest"] = zenit(8).digest
 
     def with_card(**changed):
-        measured.place("policy", 8).write_text(json.dumps({**told, **changed}))
-        return measured.stale("policy", 8)
+        measured.place("policy", "zenit_8mu").write_text(json.dumps({**told, **changed}))
+        return measured.stale("policy", zenit(8))
 
     assert with_card() == ""
     elsewhere = ({"flight_digest": "0" * 16}, "on other physics or control")
-    for changed, words in (elsewhere, ({"model": "x"}, "another file")):
+    for changed, words in (elsewhere, ({"model": "x"}, "another file"), ({"system_digest": "x"}, "for another system")):
         assert words in with_card(**changed)
-        assert "the card of the policy for 8 MUs is stale" in measured.stale("policy", 8)
-        assert "make cards" in measured.stale("policy", 8)
+        assert "the card of the policy for zenit_8mu is stale" in measured.stale("policy", zenit(8))
+        assert "make cards" in measured.stale("policy", zenit(8))

@@ -116,6 +116,8 @@ def rebuild_given(cls: type[T], row: Mapping[str, Value], resolve: Resolve) -> T
 
 def _unit_count(row: Mapping[str, Value]) -> int:
     count = row.get(MUS)
+    if count is None:
+        return units_in(name for name, value in row.items() if value is not None)
     if not isinstance(count, int):
         raise ValueError(f"column {MUS} is {count!r}; give it a whole number")
     return count

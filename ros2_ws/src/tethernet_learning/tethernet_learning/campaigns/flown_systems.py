@@ -57,7 +57,11 @@ class FlownSystems:
     def of_row(self, row: Row) -> System:
         """See :meth:`of`."""
         name, digest, units = row.get(SYSTEM), row.get(DIGEST), row.get(MUS)
-        return self.of(name and str(name), digest and str(digest), None if units is None else int(units))
+        return self.of(
+            None if name is None else str(name),
+            None if digest is None else str(digest),
+            None if units is None else int(units),
+        )
 
     def _named(self, name: str, digest: str | None) -> System:
         known = self._known.get(name, [])
