@@ -152,7 +152,6 @@ def _fly(
 
 def stale_cards(setup: MissionSetup) -> list[str]:
     """Why the figures given of the shipped models do not hold for what flies here; empty texts where they do."""
-    from tethernet_core.layout import system_of
     from tethernet_learning import measured
     from tethernet_planner import policies
     from tethernet_planner import predictors as prediction

@@ -92,4 +92,4 @@ def check_models(values: Values, system: System, sources: Sources) -> dict[str, 
 def _is_shipped(kind: str, system: System) -> bool:
     from tethernet_planner.inference import shipped_models
 
-    return shipped_models.place(kind, system).is_file()
+    return shipped_models.place(kind, system.name).is_file()
