@@ -9,7 +9,8 @@ from tests.systems import zenit
 from tethernet_core.parameters import load
 from tethernet_core.settings import MissionParameters
 from tethernet_core.system import load_system
-from tethernet_learning.campaigns import attitude_map, sphere, tumble_map
+from tethernet_learning import sphere
+from tethernet_learning.campaigns import attitude_map, tumble_map
 from tethernet_learning.campaigns import variations as sources
 from tethernet_learning.campaigns.body_axis import body_axis
 from tethernet_learning.campaigns.cases import Case, row

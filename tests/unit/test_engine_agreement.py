@@ -125,7 +125,13 @@ def test_pairs_join_nodes_and_units_and_winches_have_segments_of_their_own_numbe
         assert np.allclose(state.winch_length[0], [9.0009, 1.0001], atol=1e-3)
         fly(flown, state, 0.01)
         assert state.locked[0].tolist() == [False, False, False, False, True]
-        assert (state.winch_length[0] < [9.0, 1.0]).all(), "both have been drawn in"
+        # The knots fly apart: the long thread is drawn out at its winch's largest tension, the short one is drawn in.
+        ring = state.knot_pos[0][:, [0, 3, 15, 12]]
+        length = np.linalg.norm(np.diff(ring, axis=1), axis=0).sum()
+        slipped = length - model.numbers.winch_tension / model.numbers.winch_stiffness
+        assert slipped > 9.0
+        assert np.isclose(state.winch_length[0, 0], slipped, rtol=0.0, atol=2e-3)
+        assert state.winch_length[0, 1] < 1.0
         assert np.allclose(audit.linear_momentum(model, state), linear, rtol=0.0, atol=1e-11)
         assert np.allclose(audit.angular_momentum(model, state), angular, rtol=0.0, atol=1e-10 * np.abs(angular).max())
 

@@ -166,7 +166,7 @@ def _keeps_debris(system: System, matrix: Matrix) -> bool:
     """Whether the debris, at the attitude and rate of the default scenario, is mapped onto itself."""
     from scipy.spatial.transform import Rotation
 
-    from tethernet_learning.campaigns import sphere
+    from tethernet_learning import sphere
 
     scenario = load(ScenarioParameters, system.parameters.get("scenario"))
     turned = Rotation.from_quat(scenario.debris_attitude).as_matrix()

@@ -67,13 +67,13 @@ class Scenario:
 
     system: _DescribedSystem = _DescribedSystem()
     """What is flown: a system; also its name, if it is shipped, or the path of its description."""
-    debris_position: Point = None  # type: ignore[assignment]
+    debris_position: Point = None  # type: ignore[assignment]  # __post_init__ gives it a value
     """The debris' centre of mass at launch [m], frame launch."""
-    debris_attitude: tuple[float, float, float, float] = None  # type: ignore[assignment]
+    debris_attitude: tuple[float, float, float, float] = None  # type: ignore[assignment]  # __post_init__ gives it a value
     """Unit quaternion x y z w, debris body to launch."""
-    debris_rate: Point = None  # type: ignore[assignment]
+    debris_rate: Point = None  # type: ignore[assignment]  # __post_init__ gives it a value
     """The debris' angular rate in its body frame [rad/s]."""
-    seed: int = None  # type: ignore[assignment]
+    seed: int = None  # type: ignore[assignment]  # __post_init__ gives it a value
     """Seed of the sensor noise."""
     aiming_offsets: tuple[tuple[float, float], ...] | None = None
     """(dx, dy) of each unit's aiming point from the nominal one [m]; None for the nominal points."""

@@ -7,7 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from tethernet_learning.campaigns import pictures, sphere
+from tethernet_learning import sphere
+from tethernet_learning.campaigns import pictures
 from tethernet_learning.campaigns.body_axis import body_axis
 from tethernet_learning.campaigns.columns import Row
 from tethernet_learning.campaigns.flown_systems import FlownSystems

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from tethernet_core.system import System
-from tethernet_learning.campaigns import sphere
+from tethernet_learning import sphere
 
 _CLEARLY = 0.9
 """A moment of inertia this much below the others marks the long axis."""

@@ -15,7 +15,7 @@ import numpy as np
 from tethernet_core.mission import as_point
 from tethernet_core.settings import MissionParameters
 from tethernet_core.system import System
-from tethernet_learning.campaigns import sphere
+from tethernet_learning import sphere
 from tethernet_learning.campaigns.body_axis import body_axis
 from tethernet_learning.campaigns.cases import Case
 from tethernet_learning.campaigns.errors import CampaignError
