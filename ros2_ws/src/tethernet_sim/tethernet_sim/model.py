@@ -54,7 +54,7 @@ class Arrays(NamedTuple):
     coupling_stiffness: np.ndarray  # (M,) of an external MU's stand-in [N/m]
     coupling_damping: np.ndarray  # (M,) [N s/m]
     pairs: np.ndarray  # (R, 2) closing pairs: particles, in their order round the mouth
-    pair_winch: np.ndarray  # (R,) winch's thread that each pair is a segment of; -1 for a pair that docks
+    pair_winch: np.ndarray  # (R,) winch's thread that each pair is part of, in order; -1, first, where it docks
     winch_begin: np.ndarray  # (S + 1,) first pair of each winch's thread, and the end of the last thread
     joint_damping: np.ndarray  # (R,) of each pair's joint [N s/m]
     contact_damping: np.ndarray  # (N + M,) of each particle's contact [N s/m]

@@ -18,8 +18,8 @@ from tethernet_learning import run_folder, workers
 from tethernet_learning.data import data_set
 from tethernet_learning.data.spread import random_offsets
 from tethernet_learning.data.trigger import fly_and_look
-from tethernet_learning.evaluation.paper_figures import PAPER
 from tethernet_learning.flight_settings import settings_fingerprint
+from tethernet_learning.paper_figures import PAPER
 from tethernet_learning.random_scenarios import random_scenarios
 from tethernet_learning.run_progress import Progress
 from tethernet_learning.seeds import Purpose, generators

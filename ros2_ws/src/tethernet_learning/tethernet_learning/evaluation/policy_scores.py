@@ -14,7 +14,7 @@ from tethernet_learning.campaigns.chunks import fly_chunks
 from tethernet_learning.campaigns.records import records
 from tethernet_learning.campaigns.statistics import Estimate
 from tethernet_learning.evaluation.comparison import Comparison, compare
-from tethernet_learning.evaluation.paper_figures import PAPER
+from tethernet_learning.paper_figures import PAPER
 from tethernet_learning.random_scenarios import random_scenarios
 from tethernet_learning.seeds import Purpose
 from tethernet_planner import policies
