@@ -105,7 +105,7 @@ def test_parameters_are_replaced_for_the_nominal_points_and_the_policy_alike(tmp
     short = ["mission.trigger_distance_m=50", "mission.capture_duration_s=1"]
     found = {}
     for ratio in (0.05, 0.08):
-        chosen = ["--set", *short, f"physics.contact_damping_ratio={ratio}"]
+        chosen = ["--set", *short, f"system.net.thread.damping_ratio={ratio}"]
         assert tethernet("evaluate", "policies", *words, str(tmp_path / str(ratio)), *chosen) == 0
         result = json.loads((tmp_path / str(ratio) / "evaluation.json").read_text())
         assert result["set"] == chosen[1:]

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 from tethernet_core.aiming import FALLBACK, nominal_aiming_points
-from tethernet_learning.campaigns.columns import Row, columns, flatten
+from tethernet_learning.campaigns.columns import SYSTEM, Row, columns, flatten
 from tethernet_planner import policies
 from tethernet_sim.scenario import Outcome, Scenario
 
@@ -45,8 +45,12 @@ def most_units(cases: Iterable[Case]) -> int:
 
 def row(index: int, case: Case, outcome: Outcome, units: int) -> Row:
     """A line of an outcomes file with columns for so many units."""
-    labels: Row = {"index": index, "group": case.group, "policy": case.policy}
-    return {**labels, **flatten(case.scenario, units), **flatten(outcome, units)}
+    # What scenario and outcome both tell is the scenario's.
+    labels: Row = {
+        "index": index, "group": case.group, "policy": case.policy, SYSTEM: case.scenario.system.name,
+    }  # fmt: skip
+    cells = {**flatten(case.scenario, units), **flatten(outcome, units), **labels}
+    return {name: cells[name] for name in outcome_columns(units)}
 
 
 def aim(cases: Sequence[Case], policy: str) -> list[Case]:

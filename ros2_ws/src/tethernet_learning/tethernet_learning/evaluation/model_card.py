@@ -41,7 +41,7 @@ def card(
     lines = [f"# {file.stem}", "", f"A trained {kind}: {what}.", "", f"Limits: {limits}", ""]
     lines += ["| fact | value |", "|---|---|", f"| file's hash | {file_fingerprint(file)} |"]
     anew = ("scores",) if evaluation is not None else ()  # those of the training are of its day's flights
-    lines += [f"| {name} | {_text(value)} |" for name, value in _leaves(about, anew)]
+    lines += [f"| {name} | {_text(value)} |" for name, value in _leaves(_shown(about), anew)]
     if evaluation is not None and kind == shipped_models.POLICY:
         lines += _scores(file, about["system"], evaluation)
     elif evaluation is not None:
@@ -50,6 +50,11 @@ def card(
     if history:
         lines += ["", f"![Training]({history})"]
     return "\n".join(lines) + "\n"
+
+
+def _shown(about: dict[str, Any]) -> dict[str, Any]:
+    """Facts as the card shows them: of images, how many."""
+    return {**about, "images": len(about["images"])} if "images" in about else about
 
 
 def _scores(file: Path, system: str, evaluation: dict[str, Any]) -> list[str]:
