@@ -93,7 +93,7 @@ def shape(seed, spread=2.0, mus=8):
 
 
 def test_trigger_and_verdict_are_the_library_functions_on_what_was_published(bench):
-    b = bench("progress_every:=10000").launched()
+    b = bench("progress_every:=10000", "predictor:=none").launched()
     b.debris(480)
     b.net(480, *shape(0))
     b.closed()
@@ -118,7 +118,7 @@ def test_trigger_and_verdict_are_the_library_functions_on_what_was_published(ben
 
 def test_a_surrogate_is_asked_at_the_trigger_and_the_end_tells_its_error(bench, tmp_path):
     # Predicts 3 locked pairs and one for each m/s of the first knot along z, relative to the debris.
-    file = tiny_models.surrogate(tmp_path / "surrogate.safetensors", 8, cqi=1.5, pairs=3.0, seen=5)
+    file = tiny_models.surrogate(tmp_path / "surrogate.safetensors", SYSTEM[8], cqi=1.5, pairs=3.0, seen=5)
     b = bench("progress_every:=10000", f"predictor:={file}").launched()
     b.closed()
     generator = np.random.default_rng(0)

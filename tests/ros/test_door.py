@@ -13,7 +13,7 @@ import pytest
 import rclpy
 from geometry_msgs.msg import WrenchStamped
 from rclpy.publisher import Publisher
-from rclpy.serialization import serialize_message
+from rclpy.serialization import deserialize_message, serialize_message
 from std_msgs.msg import Header, String
 from std_srvs.srv import Trigger
 
@@ -76,8 +76,9 @@ class Fed:
             return create(node, kind, topic, take, *rest, **options)
 
         def record(publisher, message):
-            assert all(map(math.isfinite, numbers(message))), f"{publisher.topic_name}: {message}"
-            self.published.append((publisher.topic_name, copy.deepcopy(message)))
+            read = deserialize_message(message, publisher.msg_type) if isinstance(message, bytes) else message
+            assert all(map(math.isfinite, numbers(read))), f"{publisher.topic_name}: {read}"
+            self.published.append((publisher.topic_name, copy.deepcopy(read)))
             publish(publisher, message)
 
         monkeypatch.setattr(Door, "subscribe", remember)

@@ -19,8 +19,8 @@ from tethernet_core.settings import MissionParameters
 from tethernet_core.system import load_system
 from tethernet_msgs.msg import MissionState, MuStatus
 from tethernet_msgs.srv import PlanAimingPoints
-from tethernet_planner.closing import closing_situation
 from tethernet_planner.closing import plan as plan_closing
+from tethernet_planner.closing_situation import closing_situation
 from tethernet_ros import topics
 from tethernet_ros.conversions import nanoseconds, set_stamp
 from tethernet_ros.qos import BULK, CONTROL, STATE
@@ -142,9 +142,8 @@ def test_the_closing_is_planned_from_the_odometry_of_that_tick_which_is_waited_f
     closing = b.reached(Phase.CLOSING)
     assert nanoseconds(closing.closing_time) == 2 * PERIOD
     q = (0.0, 0.0, 0.0, 1.0)
-    plan = plan_closing(
-        closing_situation(places, [(0.0,) * 3] * 8, DEBRIS, q, (0.0,) * 3, (0.0,) * 3), load(MissionParameters)
-    )
+    seen = closing_situation(places, [(0.0,) * 3] * 8, DEBRIS, q, (0.0,) * 3, (0.0,) * 3, [False] * 8)
+    plan = plan_closing(seen, load_system("zenit_8mu"), load(MissionParameters))
     assert tuple((p.x, p.y, p.z) for p in closing.closing_points) == plan.points
 
 
