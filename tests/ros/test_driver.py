@@ -217,7 +217,7 @@ def test_eight_drivers_fly_a_mission_without_a_simulator(probe, processes):
     processes.node(
         "tethernet_planner.planner_node", "simulated:=false", "policy:=nominal", place, *control, *rules, name="planner"
     )
-    processes.node("tethernet_planner.assessor_node", "simulated:=false", place, *control, *rules, name="assessor")
+    processes.node("tethernet_planner.assessor_node", "simulated:=false", place, *control, name="assessor")
     states = probe.listen(topics.MISSION_STATE, MissionState, STATE)
     found = probe.listen(topics.CAPTURE_ASSESSMENT, CaptureAssessment, STATE)
     statuses = [probe.listen(topics.mu_status(mu), MuStatus, STATE) for mu in range(1, 9)]
