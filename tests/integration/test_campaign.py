@@ -11,7 +11,10 @@ from tests.command import COMMAND, tethernet
 from tethernet_learning.campaigns import chunks as flight
 from tethernet_learning.campaigns import tables
 from tethernet_learning.campaigns.cases import outcome_columns
+from tethernet_learning.campaigns.chunks import failed
+from tethernet_learning.campaigns.columns import flatten
 from tethernet_sim.fly import fly_many
+from tethernet_sim.scenario import Scenario
 
 SHORT = ["--set", "mission.trigger_distance_m=50", "mission.capture_duration_s=1", "mission.debris_far_m=45"]
 SIX = ["random", "--mus", "4", "8", "--scenarios", "3", "--seed", "3", *SHORT, "--chunk", "1"]
@@ -157,10 +160,10 @@ def test_any_systems_fly_in_one_campaign_with_entries_replaced_and_fly_again_fro
 
 
 def test_an_outcomes_file_from_before_systems_is_read(tmp_path, capsys):
-    (tmp_path / "old.csv").write_text(
-        "index,group,policy,mus,captured,verdict,cqi,locked_pairs,end_time_s,fuel_kg_mu1,seed\n"
-        "0,random,nominal,4,true,,1.0,12,40.0,0.01,1\n"
-    )
+    cells = flatten(failed(Scenario("zenit_4mu"), ""), 4)
+    cells = {name: cell for name, cell in cells.items() if not name.startswith("system")}
+    cells |= {"index": 0, "group": "random", "policy": "nominal", "cqi": 1.0}
+    tables.write(tmp_path / "old.csv", {name: outcome_columns(4)[name] for name in cells}, [cells])
     lacking = tethernet("campaign", "table", str(tmp_path / "old.csv"))
     assert lacking == 0, capsys.readouterr().err
     assert "zenit_4mu  nominal  random" in capsys.readouterr().out

@@ -7,6 +7,7 @@ from tests.systems import zenit
 from tethernet_learning import measured
 from tethernet_learning.evaluation import policy_scores as evaluation
 from tethernet_learning.evaluation.comparison import compare
+from tethernet_learning.flight_settings import Flight
 from tethernet_learning.paper_figures import PAPER
 from tethernet_planner import policies
 from tethernet_planner.inference import shipped_models
@@ -33,7 +34,9 @@ def test_the_shipped_policy_flies_as_its_card_says(mus):
     card = measured.read(shipped_models.POLICY, zenit(mus).name)
     assert card["scenarios"] == len(card["flown"]) == 100
     chosen = evaluation.contenders([policies.RL], [zenit(mus)])
-    [flown] = evaluation.evaluate(chosen, FLOWN_AGAIN, card["seed"], {zenit(mus): Settings.load(zenit(mus))})
+    [flown] = evaluation.evaluate(
+        chosen, FLOWN_AGAIN, card["seed"], {zenit(mus): Flight(zenit(mus), Settings.load(zenit(mus)))}
+    )
     for name in (policies.NOMINAL, policies.RL):
         told = [scenario[name] for scenario in card["flown"][:FLOWN_AGAIN]]
         outcomes = flown.outcomes[name]

@@ -17,6 +17,7 @@ from tethernet_learning.campaigns.report import read, table
 from tethernet_learning.evaluation import policy_scores as evaluation
 from tethernet_learning.evaluation import report as evaluation_report
 from tethernet_learning.evaluation.comparison import compare
+from tethernet_learning.flight_settings import Flight
 from tethernet_learning.random_scenarios import random_scenarios
 from tethernet_planner import policies
 from tethernet_planner.inference import shipped_models
@@ -66,7 +67,7 @@ def test_the_reduction_is_the_mean_over_pairs_with_its_interval():
 def test_both_fly_the_same_unseen_scenarios_with_the_same_noise(short):
     shipped_models.FOLDER.mkdir()
     tiny_models.policy(shipped_models.place("policy", "zenit_8mu"), zenit(8))
-    [flown] = evaluation.evaluate({zenit(8): ["nominal", "rl"]}, 3, 5, {zenit(8): short})
+    [flown] = evaluation.evaluate({zenit(8): ["nominal", "rl"]}, 3, 5, {zenit(8): Flight(zenit(8), short)})
     plain, aimed = ([case.scenario for case in flown.cases[name]] for name in ("nominal", "rl"))
     assert plain == random_scenarios(zenit(8), seeds.Purpose.POLICY_EVALUATION, 5, 0, 3)
     assert [(s.debris_position, s.seed) for s in plain] == [(s.debris_position, s.seed) for s in aimed]

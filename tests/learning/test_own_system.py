@@ -2,6 +2,7 @@
 
 import json
 
+import numpy as np
 import pytest
 
 from tests.command import tethernet
@@ -11,6 +12,7 @@ from tethernet_planner import policies
 from tethernet_planner import predictors as prediction
 from tethernet_planner.inference.net_sample import NetSample
 from tethernet_planner.inference.policy_file import AimingPolicy
+from tethernet_sim.fly import Settings
 from tethernet_sim.world import World
 
 pytest.importorskip("torch")
@@ -20,18 +22,25 @@ pytest.importorskip("pyarrow")
 
 pytestmark = pytest.mark.learning
 
-NAME = "hexagonal_6mu"
+NAME = "mine"
+TEXT = """
+name: mine
+based_on: hexagonal_6mu
+capture: {cqi_threshold: 1.27} # half of its captures
+"""
 
 
 @pytest.fixture(scope="module")
 def made(tmp_path_factory):
     """Data, constants of the reward, a surrogate and a policy."""
     folder = tmp_path_factory.mktemp("own")
-    system = ["--system", NAME]
+    file = folder / "mine.yaml"
+    file.write_text(TEXT)
+    system = ["--system", file]
     data, constants, surrogate = folder / "data", folder / "references.json", folder / "surrogate"
     commands = (
         ["data", "make", *system, "--train", "28", "--test", "8", "--output", data],
-        ["train", "references", *system, "--missions", "2", "--output", constants],
+        ["train", "references", *system, "--missions", "4", "--output", constants],
         ["train", "surrogate", "--data", data, "--models", "trees", "rnn", "--trees", "5", "--epochs", "2",
          "--output", surrogate],
         ["train", "policy", *system, "--surrogate", surrogate / "surrogate.safetensors", "--references", constants,
@@ -45,13 +54,13 @@ def made(tmp_path_factory):
 
 def test_the_data_describe_their_system(made):
     captures = data_set.read(made / "data" / "train.parquet")
-    assert captures.system == load_system(NAME)
+    assert captures.system == load_system(made / "mine.yaml")
     assert captures.features.shape[1] == 6 * (84 + 54 + 18 + 1 + 6)
 
 
 def test_models_carry_their_system_and_no_other_takes_them(made):
     system, policy, surrogate = (
-        load_system(NAME),
+        load_system(made / "mine.yaml"),
         made / "policy/policy.safetensors",
         made / "surrogate/rnn.safetensors",
     )
@@ -69,8 +78,12 @@ def test_models_carry_their_system_and_no_other_takes_them(made):
 
 
 def test_the_surrogate_predicts_from_a_net_as_it_is_published(made):
-    system = load_system(NAME)
-    world = World(system, [[0.0, 0.0, -50.0]], [[0.0, 0.0, 0.0, 1.0]], [[0.0, 0.0, 0.0]])
+    system = load_system(made / "mine.yaml")
+    settings = Settings.load(system)
+    world = World(
+        system, *map(np.array, ([[0.0, 0.0, -50.0]], [[0.0, 0.0, 0.0, 1.0]], [[0.0, 0.0, 0.0]])), settings.physics,
+        settings.control,
+    )  # fmt: skip
     knots, mus = world.knots_as_published(0), world.mus_as_published(0)
     sample = NetSample(0, (0, 0, 0), (0.0, 0.0, -50.0), 0, mus, knots, 0.0 * knots, 0.0 * mus)
     told = prediction.make(str(made / "surrogate" / "surrogate.safetensors"), system).predict(sample)
@@ -80,13 +93,14 @@ def test_the_surrogate_predicts_from_a_net_as_it_is_published(made):
 
 def test_the_policy_is_evaluated_and_flies_a_mission(made, tmp_path, capsys):
     policy = str(made / "policy" / "policy.safetensors")
-    words = ["--system", NAME, "--scenarios", "2", "--policy", policy, "--output", str(tmp_path / "evaluation")]
+    system = ["--system", str(made / "mine.yaml")]
+    words = [*system, "--scenarios", "2", "--policy", policy, "--output", str(tmp_path / "evaluation")]
     assert tethernet("evaluate", "policies", *words) == 0
     result = json.loads((tmp_path / "evaluation" / "evaluation.json").read_text())["systems"][NAME]
     assert result["paper"] is None
     assert result["policies"][policy]["against_nominal"]["pairs"] == 2
     capsys.readouterr()
-    assert tethernet("fly", "--system", NAME, "--policy", policy, "--json", str(tmp_path / "out.json")) in (0, 3)
+    assert tethernet("fly", *system, "--policy", policy, "--json", str(tmp_path / "out.json")) in (0, 3)
     told = json.loads((tmp_path / "out.json").read_text())
     assert told["policy"] == policy
     assert len(told["scenario"]["aiming_offsets"]) == 6
@@ -94,11 +108,11 @@ def test_the_policy_is_evaluated_and_flies_a_mission(made, tmp_path, capsys):
 
 
 def test_what_is_lacking_for_an_own_system_is_said(made, tmp_path, capsys):
-    words = ["--system", NAME, "--output", str(tmp_path / "run")]
+    words = ["--system", str(made / "mine.yaml"), "--output", str(tmp_path / "run")]
     surrogate = str(made / "surrogate" / "surrogate.safetensors")
     assert tethernet("train", "policy", *words, "--surrogate", surrogate) == 2
     assert f"constants for system {NAME} are not there" in capsys.readouterr().err
-    assert tethernet("fly", "--system", NAME, "--policy", "rl") == 2
+    assert tethernet("fly", "--system", str(made / "mine.yaml"), "--policy", "rl") == 2
     assert f"no policy for system {NAME} is shipped" in (said := capsys.readouterr().err)
     assert "shipped: zenit_4mu, zenit_8mu" in said
     assert "nominal needs none" in said

@@ -6,7 +6,7 @@ import argparse
 import hashlib
 import json
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import asdict
+from dataclasses import asdict, dataclass
 from typing import Any
 
 from tethernet_core.parameters import ParameterError
@@ -27,7 +27,7 @@ METAVAR = "PART.NAME=VALUE"
 def add_flight(parser: argparse.ArgumentParser) -> None:
     """Add the options that say how scenarios are flown: ``policy``, ``control`` and ``set``."""
     add = parser.add_argument
-    add("--policy", default=policies.default(), metavar="POLICY", help=f"what aims: {policies.HELP}")
+    add("--policy", metavar="POLICY", help=f"what aims: {policies.HELP}")
     add("--control", choices=("default", "paper"), default="default", help="paper: its law as printed")
     add_parameters(parser)
 
@@ -42,13 +42,26 @@ def add_parameters(parser: argparse.ArgumentParser, more: str = "") -> None:
     parser.add_argument("--set", nargs="+", action="extend", default=[], metavar=METAVAR, help=HELP + more)
 
 
-def settings_of(words: Sequence[str], systems: Iterable[System], printed: bool = False) -> dict[System, Settings]:
-    """Systems and the parameters that each is flown with, with some entries and values replaced.
+@dataclass(frozen=True)
+class Flight:
+    """How a system is flown."""
+
+    system: System
+    """With the entries of its description replaced that are to be."""
+    settings: Settings
+    """Its parameters, likewise."""
+
+
+Flights = dict[System, Flight]
+"""By the system as it is described: that is what policies aim and places are drawn for, whatever is replaced."""
+
+
+def flights_of(words: Sequence[str], systems: Iterable[System], printed: bool = False) -> Flights:
+    """How systems are flown, with some entries of their descriptions and some parameters replaced.
 
     Args:
-        words: each PART.NAME=VALUE; where PART is ``system``, NAME is an entry of the description, and the systems are
-            changed by it.
-        systems: that are flown.
+        words: each PART.NAME=VALUE; where PART is ``system``, NAME is an entry of the description.
+        systems: as they are described.
         printed: begin with the paper's control as printed.
 
     Returns:
@@ -61,12 +74,23 @@ def settings_of(words: Sequence[str], systems: Iterable[System], printed: bool =
     overrides = _values(words)
     entries = overrides.pop(SYSTEM, {})
     load = Settings.paper if printed else Settings.load
-    flown = [changed(system, entries) for system in systems]
-    return {system: load(system, **overrides) for system in flown}
+    flown = {described: changed(described, entries) for described in systems}
+    for described, system in flown.items():
+        if system.unit_count != described.unit_count:
+            raise ParameterError(
+                f"--set system...: {system.name} would have {system.unit_count} units in the place of "
+                f"{described.unit_count}; allowed: entries that leave their number, or a description of its own"
+            )
+    return {described: Flight(system, load(system, **overrides)) for described, system in flown.items()}
+
+
+def settings_by_system(flights: Flights) -> dict[System, Settings]:
+    """Parameters by the systems that are flown."""
+    return {flight.system: flight.settings for flight in flights.values()}
 
 
 def changed_system(words: Sequence[str], system: System) -> System:
-    """A system with the entries of its description replaced that words name; see :func:`settings_of`."""
+    """A system with the entries of its description replaced that words name; see :func:`flights_of`."""
     return changed(system, _values(words).get(SYSTEM, {}))
 
 

@@ -9,6 +9,7 @@ import numpy as np
 
 from tethernet_core.parameters import load
 from tethernet_core.system import System
+from tethernet_learning import sphere
 from tethernet_planner.inference.net_features import node_permutation
 from tethernet_planner.inference.symmetry import TOLERANCE, NotMappedError, Symmetry, identity
 from tethernet_sim.settings import ScenarioParameters
@@ -165,8 +166,6 @@ def _keeps_rest(system: System, symmetry: Symmetry, source: np.ndarray) -> bool:
 def _keeps_debris(system: System, matrix: Matrix) -> bool:
     """Whether the debris, at the attitude and rate of the default scenario, is mapped onto itself."""
     from scipy.spatial.transform import Rotation
-
-    from tethernet_learning import sphere
 
     scenario = load(ScenarioParameters, system.parameters.get("scenario"))
     turned = Rotation.from_quat(scenario.debris_attitude).as_matrix()

@@ -28,7 +28,10 @@ NOMINAL = "nominal"
 RL = "rl"
 """The trained policy that is shipped for the system."""
 
-HELP = "nominal, rl (the trained one that is shipped), or the path of a policy.safetensors; default %(default)s"
+HELP = (
+    "nominal, rl (the trained one that is shipped), or the path of a policy.safetensors; default rl where one is "
+    "shipped for the system, else nominal"
+)
 """For command lines."""
 
 
@@ -75,6 +78,20 @@ def names() -> list[str]:
 def default() -> str:
     """The policy that is taken where none is named: the one of the planner's parameter file."""
     return str(defaults(PlannerParameters)["policy"])
+
+
+def chosen(name: str | None, system: System) -> str:
+    """The policy of a system: the one that is named; where none is, the default one, and the nominal points where that
+    is a shipped one and none is shipped for the system.
+
+    Args:
+        name: of a policy; None where none was named.
+        system: that is flown.
+    """
+    if name is not None:
+        return name
+    word = default()
+    return NOMINAL if word == RL and not shipped_models.place(shipped_models.POLICY, system.name).is_file() else word
 
 
 def check(name: str, system: System) -> None:

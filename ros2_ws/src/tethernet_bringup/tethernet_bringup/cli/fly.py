@@ -15,7 +15,7 @@ from tethernet_core.subcommand import Parser, Subcommand, number, whole_number
 from tethernet_core.system import System
 from tethernet_core.system.option import add_system, chosen_system
 from tethernet_learning import flight_settings
-from tethernet_learning.campaigns.cases import Case, aim
+from tethernet_learning.campaigns.cases import Case, aim, as_flown
 from tethernet_learning.campaigns.records import plain
 from tethernet_sim.fly import fly_many
 from tethernet_sim.scenario import FAILURES, Failure, Outcome, Scenario
@@ -27,13 +27,14 @@ FARTHEST = 1e6
 def run(options: argparse.Namespace) -> int:
     """Fly, print, write."""
     system = chosen_system(options)
-    [(system, settings)] = flight_settings.settings_of(options.set, [system], options.control == "paper").items()
+    flights = flight_settings.flights_of(options.set, [system], options.control == "paper")
     if options.json is not None and not options.json.absolute().parent.is_dir():
         raise InputError(f"--json {options.json}: its folder does not exist")
     [case] = aim([Case(_scenario(options, system), "fly")], options.policy)
     if case.error:
-        raise InputError(f"--policy {options.policy}: {case.error}")
-    [outcome] = fly_many([case.scenario], settings)
+        raise InputError(f"--policy {case.policy}: {case.error}")
+    [case] = as_flown([case], flights)
+    [outcome] = fly_many([case.scenario], flights[system].settings)
     print(_told(outcome, case.policy))
     if options.json is not None:
         content = {"policy": case.policy, "scenario": case.scenario.record(), "outcome": asdict(outcome)}

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 from tethernet_core.aiming import FALLBACK, nominal_aiming_points
 from tethernet_learning.campaigns.columns import SYSTEM, Row, columns, flatten
+from tethernet_learning.flight_settings import Flights
 from tethernet_planner import policies
 from tethernet_sim.scenario import Outcome, Scenario
 
@@ -53,15 +54,30 @@ def row(index: int, case: Case, outcome: Outcome, units: int) -> Row:
     return {name: cells[name] for name in outcome_columns(units)}
 
 
-def aim(cases: Sequence[Case], policy: str) -> list[Case]:
+def as_flown(cases: Iterable[Case], flights: Flights) -> list[Case]:
+    """The same cases with the systems that are flown in the place of those as they are described."""
+    return [
+        dataclasses.replace(
+            case, scenario=dataclasses.replace(case.scenario, system=flights[case.scenario.system].system)
+        )
+        for case in cases
+    ]
+
+
+def aim(cases: Sequence[Case], policy: str | None) -> list[Case]:
     """Let a policy aim every case that has no aiming points of its own; one that it fails at becomes an error.
 
     Raises:
         PolicyError: when the policy is unknown, cannot be loaded, or was made for another system than one of the cases.
     """
     for system in dict.fromkeys(case.scenario.system for case in cases):
-        policies.check(policy, system)
-    return [case if case.scenario.aiming_offsets is not None else _aimed(case, policy) for case in cases]
+        policies.check(policies.chosen(policy, system), system)
+    return [
+        case
+        if case.scenario.aiming_offsets is not None
+        else _aimed(case, policies.chosen(policy, case.scenario.system))
+        for case in cases
+    ]
 
 
 def _aimed(case: Case, policy: str) -> Case:

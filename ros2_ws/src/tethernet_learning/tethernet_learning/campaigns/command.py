@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import dataclasses
 import functools
 from collections.abc import Callable, Sequence
 from pathlib import Path
@@ -23,12 +22,12 @@ from tethernet_learning.campaigns import (
     tumble_map,
 )
 from tethernet_learning.campaigns import variations as sources
-from tethernet_learning.campaigns.cases import Case, aim
+from tethernet_learning.campaigns.cases import Case, aim, as_flown
 from tethernet_learning.campaigns.errors import CampaignError
 from tethernet_learning.campaigns.flown_systems import FlownSystems
 from tethernet_learning.campaigns.results import Results
 from tethernet_learning.campaigns.run import resume
-from tethernet_learning.flight_settings import changed_system, settings_of
+from tethernet_learning.flight_settings import Flights, flights_of, settings_by_system
 from tethernet_planner import policies
 from tethernet_sim.fly import Settings
 
@@ -41,18 +40,18 @@ NOTES = (
 )
 EXIT_STATUS = "exit status: 0 done, 1 a fault, 2 bad usage, 130 interrupted (the same command goes on)"
 
-Flights = dict[System, Settings]
 Make = Callable[[argparse.Namespace], tuple[list[Case], Flights, dict[str, Any]]]
-"""Cases of a campaign, those of one system after the other, which share batches; the parameters of each system; and the
+"""Cases of a campaign, those of one system after the other, which share batches; how each system is flown; and the
 options that made them."""
 
 
 def _fly(make: Make, options: argparse.Namespace) -> int:
     _check_folder(options.output)
-    cases, settings, source = make(options)
-    cases = aim(cases, options.policy)
-    models = {system.name: policies.fingerprint(options.policy, system) for system in settings}
-    source |= {"policy": options.policy, "policy_models": models, "control": options.control}
+    cases, flights, source = make(options)
+    cases, settings = as_flown(aim(cases, options.policy), flights), settings_by_system(flights)
+    aimed_by = {system.name: policies.chosen(options.policy, system) for system in flights}
+    models = {system.name: policies.fingerprint(aimed_by[system.name], system) for system in flights}
+    source |= {"policy": aimed_by, "policy_models": models, "control": options.control}
     description = provenance.describe(source, cases, settings)
     with Results(options.output, description) as results:
         if not results.complete and not resume(results, cases, settings, options.chunk, options.cluster):
@@ -63,15 +62,10 @@ def _fly(make: Make, options: argparse.Namespace) -> int:
 
 
 def _of_file(options: argparse.Namespace) -> tuple[list[Case], Flights, dict[str, Any]]:
-    read = scenario_file.read(options.scenarios, [load_system(name) for name in options.system])
-    as_given = list(dict.fromkeys(case.scenario.system for case in read))
-    flown = {system: changed_system(options.set, system) for system in as_given}
-    cases = [
-        dataclasses.replace(case, scenario=dataclasses.replace(case.scenario, system=flown[case.scenario.system]))
-        for case in read
-    ]
-    settings = settings_of(options.set, as_given, options.control == "paper")
-    return sorted(cases, key=lambda case: (case.scenario.mus, case.scenario.system.name)), settings, {"name": "file"}
+    cases = scenario_file.read(options.scenarios, [load_system(name) for name in options.system])
+    cases = sorted(cases, key=lambda case: (case.scenario.mus, case.scenario.system.name))
+    systems = dict.fromkeys(case.scenario.system for case in cases)
+    return cases, flights_of(options.set, systems, options.control == "paper"), {"name": "file"}
 
 
 def _of_seed(
@@ -80,9 +74,9 @@ def _of_seed(
     make: Callable[[System, argparse.Namespace, Settings], list[Case]],
     options: argparse.Namespace,
 ) -> tuple[list[Case], Flights, dict[str, Any]]:
-    settings = settings_of(options.set, chosen_systems(options), options.control == "paper")
+    flights = flights_of(options.set, chosen_systems(options), options.control == "paper")
     source = {"name": name, **{option: getattr(options, option) for option in options_told}}
-    return [case for system, one in settings.items() for case in make(system, options, one)], settings, source
+    return [case for system, f in flights.items() for case in make(system, options, f.settings)], flights, source
 
 
 def _random(system: System, options: argparse.Namespace, settings: Settings) -> list[Case]:

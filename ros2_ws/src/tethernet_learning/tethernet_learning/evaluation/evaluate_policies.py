@@ -6,7 +6,7 @@ import argparse
 import json
 import sys
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -22,12 +22,12 @@ from tethernet_learning.campaigns.records import plain
 from tethernet_learning.evaluation import report as evaluation_report
 from tethernet_learning.evaluation.policy_scores import Evaluated, as_json, contenders, evaluate
 from tethernet_learning.flight_digest import flight_digest
-from tethernet_learning.flight_settings import fingerprints
+from tethernet_learning.flight_settings import fingerprints, settings_by_system
 from tethernet_learning.seeds import Purpose
 from tethernet_planner import policies
 from tethernet_planner.inference import model_file, shipped_models
 from tethernet_sim import cores
-from tethernet_sim.fly import CHUNK, Settings
+from tethernet_sim.fly import CHUNK
 from tethernet_sim.scenario import Outcome
 
 RESULT, REPORT, PLOT, ROWS = "evaluation.json", "report.md", "fuel.png", "outcomes.csv"
@@ -35,13 +35,13 @@ RESULT, REPORT, PLOT, ROWS = "evaluation.json", "report.md", "fuel.png", "outcom
 
 def run(options: argparse.Namespace) -> None:
     """Fly, print the table, write the files."""
-    settings = flight_settings.settings_of(options.set, chosen_systems(options))
-    chosen = contenders(options.policy, list(settings))
+    flights = flight_settings.flights_of(options.set, chosen_systems(options))
+    chosen = contenders(options.policy, list(flights))
     options.output.mkdir(parents=True, exist_ok=True)
-    _run(options, settings, chosen)
+    _run(options, flights, chosen)
 
 
-def _run(options: argparse.Namespace, settings: Mapping[System, Settings], chosen: dict[System, list[str]]) -> None:
+def _run(options: argparse.Namespace, flights: flight_settings.Flights, chosen: dict[System, list[str]]) -> None:
     for system in chosen if policies.RL in options.policy else ():
         if warning := measured.stale(shipped_models.POLICY, system):
             print(f"warning: {warning}", file=sys.stderr)
@@ -51,14 +51,14 @@ def _run(options: argparse.Namespace, settings: Mapping[System, Settings], chose
     def tell(outcomes: Sequence[Outcome]) -> None:
         progress.add(len(outcomes), sum(bool(outcome.error) for outcome in outcomes))
 
-    evaluated = evaluate(chosen, options.scenarios, options.seed, settings, options.chunk, options.cluster, tell)
+    evaluated = evaluate(chosen, options.scenarios, options.seed, flights, options.chunk, options.cluster, tell)
     facts = {
         "scenarios": options.scenarios,
         "stream": Purpose.POLICY_EVALUATION.name,
         "seed": options.seed,
         "set": list(options.set),
         "flight_digest": flight_digest(),
-        "flight_parameters": fingerprints(settings),
+        "flight_parameters": fingerprints(settings_by_system(flights)),
         "commit": model_file.commit(),
         "flown_on": f"the cluster at {options.cluster}" if options.cluster else cores.told(),
         "wall_time_s": round(time.monotonic() - began, 1),

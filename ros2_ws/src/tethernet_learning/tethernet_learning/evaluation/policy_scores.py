@@ -9,18 +9,19 @@ from pathlib import Path
 from typing import Any
 
 from tethernet_core.system import System
-from tethernet_learning.campaigns.cases import Case, aim
+from tethernet_learning.campaigns.cases import Case, aim, as_flown
 from tethernet_learning.campaigns.chunks import fly_chunks
 from tethernet_learning.campaigns.records import records
 from tethernet_learning.campaigns.statistics import Estimate
 from tethernet_learning.evaluation.comparison import Comparison, compare
+from tethernet_learning.flight_settings import Flights, settings_by_system
 from tethernet_learning.paper_figures import PAPER
 from tethernet_learning.random_scenarios import random_scenarios
 from tethernet_learning.seeds import Purpose
 from tethernet_planner import policies
 from tethernet_planner.inference import shipped_models
 from tethernet_planner.inference.policy_file import AimingPolicy
-from tethernet_sim.fly import CHUNK, Settings
+from tethernet_sim.fly import CHUNK
 from tethernet_sim.scenario import Outcome
 
 GROUP = "evaluation"
@@ -77,7 +78,7 @@ def evaluate(
     chosen: Mapping[System, Sequence[str]],
     count: int,
     seed: int,
-    settings: Mapping[System, Settings],
+    flights: Flights,
     chunk: int = CHUNK,
     cluster: str | None = None,
     progress: Callable[[Sequence[Outcome]], None] = lambda _: None,
@@ -88,20 +89,25 @@ def evaluate(
         chosen: policies by system, see :func:`contenders`.
         count: scenarios for each system; systems with the same bounds get the same places.
         seed: of the scenarios.
-        settings: of the flights, by system.
+        flights: how each system is flown; it is aimed for as it is described.
         chunk: so many missions at a time.
         cluster: see :func:`tethernet_learning.workers.run`.
         progress: gets the outcomes that have come.
     """
-    aimed = {system: {name: _cases(system, name, count, seed) for name in names} for system, names in chosen.items()}
-    flights = [case for by_policy in aimed.values() for cases in by_policy.values() for case in cases]
+    aimed = {
+        system: {name: as_flown(_cases(system, name, count, seed), flights) for name in names}
+        for system, names in chosen.items()
+    }
+    all_cases = [case for by_policy in aimed.values() for cases in by_policy.values() for case in cases]
     flown: list[Outcome] = []
-    for outcomes in fly_chunks(flights, settings, chunk, cluster):
+    for outcomes in fly_chunks(all_cases, settings_by_system(flights), chunk, cluster):
         flown += outcomes
         progress(outcomes)
     rest = iter(flown)
     return [
-        Evaluated(system, by_policy, {name: [next(rest) for _ in cases] for name, cases in by_policy.items()})
+        Evaluated(
+            flights[system].system, by_policy, {name: [next(rest) for _ in cases] for name, cases in by_policy.items()}
+        )
         for system, by_policy in aimed.items()
     ]
 

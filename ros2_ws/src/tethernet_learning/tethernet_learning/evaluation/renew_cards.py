@@ -19,7 +19,7 @@ from tethernet_learning.evaluation import evaluate_policies, model_card
 from tethernet_learning.evaluation import policy_scores as evaluation
 from tethernet_learning.evaluation.policy_scores import Evaluated
 from tethernet_learning.flight_digest import flight_digest
-from tethernet_learning.flight_settings import fingerprints, settings_fingerprint
+from tethernet_learning.flight_settings import Flight, fingerprints, settings_fingerprint
 from tethernet_learning.seeds import Purpose
 from tethernet_learning.surrogates import surrogate_report
 from tethernet_learning.surrogates.surrogate_scores import scores
@@ -47,13 +47,14 @@ def measure_policies(count: int, facts: dict[str, Any], folder: Path) -> list[Ev
         folder: for the evaluation's files.
     """
     settings = _settings(shipped_models.POLICY)
-    chosen = evaluation.contenders([policies.RL], list(settings))
+    flights = {system: Flight(system, one) for system, one in settings.items()}
+    chosen = evaluation.contenders([policies.RL], list(flights))
     progress = Progress(count * sum(map(len, chosen.values())))
 
     def tell(outcomes: Sequence[Outcome]) -> None:
         progress.add(len(outcomes), sum(bool(outcome.error) for outcome in outcomes))
 
-    evaluated = evaluation.evaluate(chosen, count, 0, settings, progress=tell)
+    evaluated = evaluation.evaluate(chosen, count, 0, flights, progress=tell)
     facts = {
         "scenarios": count,
         "stream": Purpose.POLICY_EVALUATION.name,
