@@ -39,19 +39,19 @@ class FlownSystems:
             units: how many it has; None where it is not told.
 
         Raises:
-            ValueError: where there is no such system, or it is not the one that was flown.
+            CampaignError: where there is no such system, or it is not the one that was flown.
         """
         if name is None:
             system = load_system(default_system()) if units is None else system_with_units(units)
         else:
             system = self._named(name, digest)
         if digest is not None and system.digest != digest:
-            raise ValueError(
+            raise CampaignError(
                 f"{DIGEST} = {digest[:_SHOWN_DIGITS]}..., but {system.name} is {system.digest[:_SHOWN_DIGITS]}...: the "
                 f"description has changed since; give the one that was flown with --system FILE, or empty {DIGEST}"
             )
         if units is not None and system.unit_count != units:
-            raise ValueError(f"{MUS} = {units}, but system {system.name} has {system.unit_count} units")
+            raise CampaignError(f"{MUS} = {units}, but system {system.name} has {system.unit_count} units")
         return system
 
     def of_row(self, row: Row) -> System:
@@ -73,7 +73,7 @@ class FlownSystems:
         except DescriptionError as error:
             if known:
                 return known[0]
-            raise ValueError(f"{SYSTEM} = {name!r}: {error}; an own one can be given with --system FILE") from error
+            raise CampaignError(f"{SYSTEM} = {name!r}: {error}; an own one can be given with --system FILE") from error
 
 
 def descriptions(systems: Sequence[System]) -> dict[str, str]:
