@@ -15,13 +15,13 @@ from pathlib import Path
 import numpy as np
 from rclpy.serialization import serialize_message
 
+from tests.systems import zenit
 from tethernet_bringup.bags.message_definitions import installed_type
 from tethernet_bringup.bags.metadata import BagTopic, as_texts, qos_profiles
 from tethernet_bringup.bags.writer import BagWriter
 from tethernet_bringup.recorder.recorded_topics import mission_topics
 from tethernet_bringup.recorder.timeline import StampReader
 from tethernet_core.aiming import nominal_aiming_points
-from tethernet_core.layout import design, system_of
 from tethernet_msgs.msg import CaptureAssessment, MissionState, MuStatus
 
 PERIOD_NS = 50_000_000
@@ -49,7 +49,7 @@ RUN_INFO = {
 
 def desired(mu: int, time_s: float, mus: int = 8) -> np.ndarray:
     """Where an MU should be, x y z [m]."""
-    aim = np.array(nominal_aiming_points(system_of(mus), DEBRIS)[mu - 1])
+    aim = np.array(nominal_aiming_points(zenit(mus), DEBRIS)[mu - 1])
     if time_s >= TRIGGER_S and mus == 8:
         start, goal = desired(mu, TRIGGER_S - 1e-9), DEBRIS - [0.0, 0.0, 3.5]
         return start + (goal - start) * min((time_s - TRIGGER_S) / 8.0, 1.0)
@@ -80,7 +80,7 @@ def knots(time_s: float, mus: int = 8) -> np.ndarray:
 
 def locked_pairs(time_s: float, mus: int = 8) -> int:
     """Pairs that hold: one more each second, from 5 s after the trigger on."""
-    return int(min(max(time_s - TRIGGER_S - 5.0, 0.0), design(mus).max_locked_pairs))
+    return int(min(max(time_s - TRIGGER_S - 5.0, 0.0), zenit(mus).closing.max_locked_pairs))
 
 
 def messages(mus: int = 8, end_s: float = END_S, *, seed: int = 7) -> Iterator[tuple[str, object]]:
@@ -190,7 +190,7 @@ def _tick(new, rng, mus, tick, stamp, time_s):
 
 
 def _start(mu, mus):
-    x, y = design(mus).nominal_offsets[mu - 1]
+    x, y = zenit(mus).aiming.offsets[mu - 1]
     return np.array([0.05 * x, 0.05 * y, -1.5])
 
 
@@ -271,14 +271,14 @@ def _status(new, mu, mus, tick, stamp, time_s):
         saturated=(tick + 1) // 10,
     )
     _head(message, stamp)
-    _xyz(message.aiming_point, nominal_aiming_points(system_of(mus), DEBRIS)[mu - 1])
+    _xyz(message.aiming_point, nominal_aiming_points(zenit(mus), DEBRIS)[mu - 1])
     _xyz(message.desired_position, desired(mu, time_s, mus))
     return message
 
 
 def _net(new, mus, stamp, time_s, positions):
     points = knots(time_s, mus)
-    pairs = design(mus).max_locked_pairs
+    pairs = zenit(mus).closing.max_locked_pairs
     message = new["/net/state"](rows=23, columns=23)
     _head(message, stamp)
     _xyz(message.center_of_mass, points.mean(axis=0))
@@ -293,7 +293,7 @@ def _net(new, mus, stamp, time_s, positions):
 
 
 def _assessment(new, mus, stamp, time_s, stage=CaptureAssessment.PROGRESS):
-    shape = design(mus)
+    system = zenit(mus)
     message = new["/capture/assessment"](
         stage=stage,
         hull_valid=True,
@@ -304,8 +304,8 @@ def _assessment(new, mus, stamp, time_s, stage=CaptureAssessment.PROGRESS):
         mouth_area=535.0,
         net_debris_distance=float(np.linalg.norm(knots(time_s, mus).mean(axis=0) - DEBRIS)),
         locked_pairs=locked_pairs(time_s, mus),
-        max_locked_pairs=shape.max_locked_pairs,
-        required_locked_pairs=shape.required_locked_pairs,
+        max_locked_pairs=system.closing.max_locked_pairs,
+        required_locked_pairs=system.capture.required_locked_pairs,
         source="net_state",
     )
     _head(message, stamp)

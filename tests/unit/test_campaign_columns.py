@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-import tethernet_planner
+import tethernet_learning
 from tethernet_core.system import load_system
 from tethernet_learning.campaigns.cases import Case, outcome_columns, row
 from tethernet_learning.campaigns.chunks import failed
@@ -78,7 +78,7 @@ def test_a_row_tells_scenario_outcome_and_labels():
 
 
 def test_the_readme_describes_every_column():
-    text = (Path(tethernet_planner.__file__).parents[1] / "README.md").read_text(encoding="utf-8")
+    text = (Path(tethernet_learning.__file__).parents[1] / "README.md").read_text(encoding="utf-8")
     lacking = [name for name in in_words(outcome_columns(2)).split(", ") if f"`{name}`" not in text]
     assert not lacking, f"describe these in the README's table of columns: {lacking}"
 

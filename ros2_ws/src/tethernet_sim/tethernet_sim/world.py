@@ -134,11 +134,11 @@ class World:
         return float(x), float(y), float(z)
 
     def knots_as_published(self, index: int) -> np.ndarray:
-        """Knot positions as /net/state carries them [m], float32, shape (529, 3)."""
+        """Knot positions as /net/state carries them [m], float32, shape (N, 3)."""
         return np.ascontiguousarray(self.state.knot_pos[index].T, dtype=np.float32)
 
     def knot_velocities_as_published(self, index: int) -> np.ndarray:
-        """Knot velocities as /net/state carries them [m/s], float32, shape (529, 3)."""
+        """Knot velocities as /net/state carries them [m/s], float32, shape (N, 3)."""
         return np.ascontiguousarray(self.state.knot_vel[index].T, dtype=np.float32)
 
     def mus_as_published(self, index: int) -> np.ndarray:

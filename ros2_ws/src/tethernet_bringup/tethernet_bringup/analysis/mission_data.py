@@ -28,7 +28,8 @@ from tethernet_bringup.bags.writer import RUN_INFO_RECORD
 from tethernet_core.mission import Phase
 from tethernet_core.settings import NANOSECOND_S
 from tethernet_core.shown import shown
-from tethernet_core.system import DescriptionError, System, load_system, shipped_systems, system_from_text
+from tethernet_core.system import DescriptionError, System, system_from_text
+from tethernet_core.system.option import family
 from tethernet_core.unknown import restore
 from tethernet_ros import topics
 
@@ -193,8 +194,7 @@ class MissionData:
         try:
             if DESCRIPTION in self.facts:
                 return system_from_text(self.facts[DESCRIPTION], source="the recording's description")
-            name = f"zenit_{self.mu_count}mu"
-            return load_system(name) if name in shipped_systems() else None
+            return next((system for system in family() if system.unit_count == self.mu_count), None)
         except DescriptionError as error:
             self.problems.append(f"what was flown is not known: {shown(error)}")
             return None

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Sequence
 
 from ..errors import InputError
 from ..subcommand import whole_number
@@ -97,20 +96,6 @@ def system_with_units(units: int) -> System:
         allowed = ", ".join(f"{count} ({system.name})" for count, system in by_units.items())
         raise InputError(f"--mus {units}: no shipped system for it; allowed: {allowed}; or --system NAME|FILE")
     return by_units[units]
-
-
-def family_units(systems: Sequence[System]) -> list[int]:
-    """Numbers of units of systems that ``--mus`` chooses from.
-
-    Raises:
-        InputError: for any other system.
-    """
-    flown = family()
-    for system in systems:
-        if system not in flown:
-            allowed = ", ".join(known.name for known in flown)
-            raise InputError(f"--system {system.name}: this command flies no such system yet; allowed: {allowed}")
-    return [system.unit_count for system in systems]
 
 
 def family() -> list[System]:
