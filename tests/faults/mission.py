@@ -27,7 +27,7 @@ from .kinds import CATALOGUE, MISSION_COMMAND, Kind
 
 SEGMENT = re.compile(r"fastrtps_(?!port7[0-3]\d\d)")
 """Shared memory of Fast DDS, but for the ports that belong to no domain: whoever comes next takes them over."""
-LAUNCHED = "launch: the MUs"
+LAUNCHED = "launch: the "
 NODE = re.compile(r"__node:=(\w+)")
 FLIGHT_S = {"lockstep": 40.0, "realtime": 75.0}
 """What a mission without a fault may take on a busy machine, from start to end [s] of wall time."""

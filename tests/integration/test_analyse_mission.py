@@ -64,7 +64,7 @@ def test_the_whole_analysis(run, tmp_path, capsys):
         image = picture_shape(tmp_path / name)
         assert image[0] > 400, name
         assert image[1] > 800, name
-    assert "8 MUs, policy nominal, seed 7, pace lockstep, commit 0123abc" in out
+    assert "system zenit_8mu, 8 units, policy nominal, seed 7, pace lockstep, commit 0123abc" in out
     assert "captured: CQI 0.90 below 2.5, 8 of 8 pairs locked" in out
     assert "/mu1..8/odom                      790 each   20.0              0.05      -      -" in out
     content = json.loads((tmp_path / "analysis.json").read_text())
@@ -130,7 +130,7 @@ def test_snapshots_show_early_deployment_trigger_and_end(run, data):
     assert [shot.title for shot in shots] == ["early deployment", "trigger", "end"]
     assert [shot.time_s for shot in shots] == pytest.approx([11.0, toy_mission.TRIGGER_S, toy_mission.END_S], abs=0.05)
     for shot in shots:
-        assert shot.knots.shape == (23, 23, 3)
+        assert shot.knots.shape == (23 * 23, 3)
         assert shot.knots.reshape(-1, 3) == pytest.approx(toy_mission.knots(shot.time_s), abs=1e-4)
         assert shot.mus[5] == pytest.approx(toy_mission.true_position(5, shot.time_s), abs=1e-4)
         assert shot.debris[:3] == pytest.approx(toy_mission.DEBRIS)
@@ -141,7 +141,7 @@ def test_four_mus(tmp_path, coarse, capsys):
     toy_mission.write_bag(tmp_path / "bag", mus=4)
     status, out, _ = analyse(capsys, tmp_path, "--output", tmp_path / "out")
     assert status == 0
-    assert "4 MUs" in out
+    assert "4 units" in out
     assert {path.name for path in (tmp_path / "out").iterdir()} == PICTURES
 
 

@@ -378,7 +378,7 @@ class _Flight:
             fuel_at_trigger_kg=tuple((self.fuel_at_trigger[b] if mission.closing else self.fuel[b]).tolist()),
             mouth_area_m2=self.mouth[b],
             net_debris_distance_m=distance,
-            max_tracking_error_m=float(self.largest_error[b]),
+            max_tracking_error_m=float(self.largest_error[b]) if scenario.mus else float("nan"),
             seed=scenario.seed,
             mus=scenario.mus,
             system=system.name,

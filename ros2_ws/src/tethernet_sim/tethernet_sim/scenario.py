@@ -168,7 +168,9 @@ class Outcome:
     net_debris_distance_m: float
     """Between the centres of mass at the end [m]."""
     max_tracking_error_m: float
-    """Largest distance of any MU's estimated position, as its controller has it, from its desired one [m]."""
+    """Largest distance of any MU's estimated position, as its controller has it, from its desired one [m]; NaN
+    without units.
+    """
     seed: int
     mus: int
     """Number of units."""

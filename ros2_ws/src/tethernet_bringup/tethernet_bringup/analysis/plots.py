@@ -53,6 +53,8 @@ def tracking(axes: Axes, data: MissionData) -> None:
             axes.plot(error.time_s, error.value, color=mu_color(mu), linewidth=1.0, label=f"MU {mu}")
     axes.set_ylabel("position error of the units [m]" if data.mus else "")
     axes.set_ylim(bottom=0.0)
+    if not data.mus:
+        axes.set_yticks([])
     _time_axis(axes, data)
     errors = (
         f"Position error ({error_source(data)}) and distance to the debris" if data.mus else "Distance to the debris"
@@ -107,6 +109,8 @@ def thrust(figure: Figure, data: MissionData) -> None:
 
 def fuel(axes: Axes, data: MissionData) -> None:
     """Fuel used by each MU over time."""
+    if not data.mus:
+        axes.text(0.5, 0.5, "no units", transform=axes.transAxes, ha="center", color="gray")
     for mu, series in sorted(data.mus.items()):
         used = curve(data, series.fuel)
         if used.known:

@@ -73,13 +73,15 @@ def _told(outcome: Outcome, policy: str) -> str:
         ("end", times),
         ("locked pairs", str(outcome.locked_pairs)),
         ("CQI", f"{outcome.cqi:.2f} (units counted: {outcome.cqi_all:.2f})"),
-        ("aiming", policy),
-        ("tracking error", f"at most {outcome.max_tracking_error_m:.2f} m"),
         ("net to debris", f"{outcome.net_debris_distance_m:.2f} m between the centres of mass"),
     ]
     if outcome.fuel_kg:
         each = ", ".join(f"{fuel:.4f}" for fuel in outcome.fuel_kg)
-        rows.insert(3, ("fuel", f"{sum(outcome.fuel_kg):.4f} kg in all; of each unit {each}"))
+        rows[3:3] = [
+            ("fuel", f"{sum(outcome.fuel_kg):.4f} kg in all; of each unit {each}"),
+            ("aiming", policy),
+            ("tracking error", f"at most {outcome.max_tracking_error_m:.2f} m"),
+        ]
     return "\n".join([*lines, *(f"  {name:<15} {value}" for name, value in rows)])
 
 

@@ -15,8 +15,17 @@ from typing import Any
 
 import yaml
 
+from tethernet_bringup.mission.parameter_checks import (
+    ALL_NODES,
+    MissionParametersError,
+    Values,
+    check_flight_time,
+    check_physics,
+    check_recording,
+    check_shared,
+)
 from tethernet_bringup.mission.supervisor_settings import SupervisorParameters
-from tethernet_bringup.mission.trained_models import ModelError, check_models, choose_models
+from tethernet_bringup.mission.trained_models import check_models, choose_models
 from tethernet_bringup.nodes import ASSESSOR, MONITOR, PLANNER, RECORDER, SIM, controller, mu_of
 from tethernet_core.parameters import ParameterError, build, defaults, field_types, moved, read_yaml
 from tethernet_core.settings import ControlParameters, MissionParameters
@@ -25,7 +34,6 @@ from tethernet_core.system import DescriptionError, System, load_system
 from tethernet_planner.mission_rules import check_debris_position
 from tethernet_sim.settings import ScenarioParameters
 
-ALL_NODES = "/**"
 IDENTITY = "mu"
 """A controller's parameter that has no default: which unit it controls."""
 SYSTEM = "system"
@@ -38,13 +46,6 @@ _SCENARIO_FLAGS = {
     "seed": "seed",
     "pace": "pace",
 }
-
-Values = dict[str, dict[str, Any]]
-"""Parameters by node and name."""
-
-
-class MissionParametersError(ValueError):
-    """A parameter cannot be used: which, where it was given, what is allowed."""
 
 
 @dataclass(frozen=True)
@@ -130,16 +131,13 @@ def resolve(options: argparse.Namespace) -> MissionSetup:
     _apply_flags(values, options, system, sources)
     options.notices += choose_models(values, system, sources)
     built = {node: _build(node, kinds, values[node], sources) for node, kinds in classes.items()}
-    _check_shared(values)
-    _check_recording(values[RECORDER]["extra_topics"], system, sources)
-    _check_flight_time(built, sources)
-    try:
-        models = check_models(values, system, sources)
-    except ModelError as error:
-        raise MissionParametersError(str(error)) from error
+    check_shared(values)
+    check_recording(values[RECORDER]["extra_topics"], system, sources)
+    check_flight_time(built, sources)
+    models = check_models(values, system, sources)
     scenario = next(instance for instance in built[SIM] if isinstance(instance, ScenarioParameters))
     rules = next(instance for instance in built[PLANNER] if isinstance(instance, MissionParameters))
-    _check_physics(built[SIM], system, sources)
+    check_physics(built[SIM], system, sources)
     try:
         external = scenario.external_units(system)
     except ParameterError as error:
@@ -338,60 +336,6 @@ def _build(
             )
             raise MissionParametersError(f"{named or node + ': '}{error}") from error
     return built
-
-
-def _check_recording(extra_topics: str, system: System, sources: Mapping[tuple[str, str], str]) -> None:
-    from tethernet_bringup.recorder.recorded_topics import wanted_topics
-
-    try:
-        wanted_topics(system.unit_count, extra_topics)
-    except ParameterError as error:
-        raise MissionParametersError(f"{sources.get((RECORDER, 'extra_topics'), RECORDER + ': ')}{error}") from error
-
-
-def _check_physics(built: Sequence[Any], system: System, sources: Mapping[tuple[str, str], str]) -> None:
-    from tethernet_sim.settings import PhysicsParameters, check_together
-    from tethernet_sim.stability import check_stable
-
-    of_kind = {type(instance): instance for instance in built}
-    physics = of_kind[PhysicsParameters]
-    try:
-        check_together(physics, of_kind[ControlParameters])
-        check_stable(system, physics)
-    except ParameterError as error:
-        raise MissionParametersError(f"{sources.get((SIM, 'time_step_s'), f'{SIM}: ')}{error}") from error
-
-
-def _check_shared(values: Values) -> None:
-    """The mission's rules and the rhythm of control are the same for all: nodes that disagree cannot fly together."""
-    for key in (*field_types(MissionParameters), "control_period_s", "watchdog_periods"):
-        told = {node: _plain(node_values[key]) for node, node_values in values.items() if key in node_values}
-        if len(set(told.values())) > 1:
-            first = next(iter(told))
-            other = next(node for node in told if told[node] != told[first])
-            raise MissionParametersError(
-                f"{key} is {told[first]} for {first} and {told[other]} for {other}; "
-                f"allowed: one value for all, give it under {ALL_NODES}"
-            )
-
-
-def _check_flight_time(built: Mapping[str, list[Any]], sources: Mapping[tuple[str, str], str]) -> None:
-    """A controller must not end a flight that the mission's rules allow."""
-    rules = next(instance for instance in built[PLANNER] if isinstance(instance, MissionParameters))
-    needed_s = rules.give_up_s + rules.capture_duration_s
-    for node, instances in built.items():
-        for control in instances:
-            if isinstance(control, ControlParameters) and mu_of(node) and control.longest_flight_s <= needed_s:
-                source = sources.get((node, "longest_flight_s"), f"{node}: ")
-                raise MissionParametersError(
-                    f"{source}longest_flight_s = {control.longest_flight_s:g} s; "
-                    f"allowed: more than give_up_s and capture_duration_s together, {needed_s:g} s"
-                )
-
-
-def _plain(value: Any) -> Any:
-    """Numbers without a decimal point that says nothing: 10 and 10.0 are the same rule."""
-    return int(value) if isinstance(value, float) and value.is_integer() else value
 
 
 def _typed(classes: Iterable[type], values: Mapping[str, Any]) -> dict[str, Any]:

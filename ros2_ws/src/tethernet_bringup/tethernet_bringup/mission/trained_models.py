@@ -2,20 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, MutableMapping
-from typing import Any
-
+from tethernet_bringup.mission.parameter_checks import MissionParametersError, Sources, Values
 from tethernet_bringup.nodes import ASSESSOR, PLANNER
 from tethernet_core.system import System
-
-Values = Mapping[str, MutableMapping[str, Any]]
-"""Parameters by node and name."""
-Sources = Mapping[tuple[str, str], str]
-"""Where parameters were given, by node and name."""
-
-
-class ModelError(ValueError):
-    """A policy or predictor cannot be used: which, where it was named, what is allowed."""
 
 
 def choose_models(values: Values, system: System, sources: Sources) -> list[str]:
@@ -35,7 +24,7 @@ def choose_models(values: Values, system: System, sources: Sources) -> list[str]
 
     notices = []
     for node, key, kind, shipped, without, what in (
-        (PLANNER, "policy", shipped_models.POLICY, policies.RL, policies.NOMINAL, "the nominal points are flown to"),
+        (PLANNER, "policy", shipped_models.POLICY, policies.RL, policies.NOMINAL, "the nominal points are flown"),
         (
             ASSESSOR,
             "predictor",
@@ -66,7 +55,7 @@ def check_models(values: Values, system: System, sources: Sources) -> dict[str, 
         The hashes of the models' files, by the parameter that names them.
 
     Raises:
-        ModelError: for a model that there is not, that cannot be loaded, or that was made for another system.
+        MissionParametersError: for a model that there is not, or that cannot be loaded or used for this system.
     """
     from tethernet_planner import policies
     from tethernet_planner import predictors as prediction
@@ -78,12 +67,12 @@ def check_models(values: Values, system: System, sources: Sources) -> dict[str, 
         policies.check(policy, system)
         hashes["policy"] = policies.fingerprint(policy, system)
     except ValueError as error:
-        raise ModelError(f"{sources.get((PLANNER, 'policy'), PLANNER + ': ')}{error}") from error
+        raise MissionParametersError(f"{sources.get((PLANNER, 'policy'), PLANNER + ': ')}{error}") from error
     try:
         prediction.make(predictor, system)
         hashes["predictor"] = prediction.fingerprint(predictor, system)
     except ValueError as error:
-        raise ModelError(f"{sources.get((ASSESSOR, 'predictor'), ASSESSOR + ': ')}{error}") from error
+        raise MissionParametersError(f"{sources.get((ASSESSOR, 'predictor'), ASSESSOR + ': ')}{error}") from error
     values[PLANNER]["policy"] = shipped_models.absolute(policy)
     values[ASSESSOR]["predictor"] = shipped_models.absolute(predictor)
     return {key: value for key, value in hashes.items() if value}

@@ -171,6 +171,7 @@ class SimNode(Node):
             self._finish()
         elif mission.phase == Phase.DEPLOYING and news.confirmed and not self.flying and not self.finished:
             self.flying = True
+            self.world.launch(0)
             self._launched_at = time.perf_counter()
             if not self.lockstep:
                 self._timer.reset()
