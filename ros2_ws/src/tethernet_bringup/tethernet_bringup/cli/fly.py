@@ -35,7 +35,7 @@ def run(options: argparse.Namespace) -> int:
         raise InputError(f"--policy {case.policy}: {case.error}")
     [case] = as_flown([case], flights)
     [outcome] = fly_many([case.scenario], flights[system].settings)
-    print(_told(outcome, case.policy))
+    print(_report(outcome, case.policy))
     if options.json is not None:
         content = {"policy": case.policy, "scenario": case.scenario.record(), "outcome": asdict(outcome)}
         write_text(options.json, json.dumps(plain(content), indent=2, allow_nan=False) + "\n")
@@ -62,7 +62,7 @@ def _scenario(options: argparse.Namespace, system: System) -> Scenario:
         raise InputError(str(error)) from error
 
 
-def _told(outcome: Outcome, policy: str) -> str:
+def _report(outcome: Outcome, policy: str) -> str:
     if outcome.error:
         return f"the simulation failed: {outcome.error}"
     times = f"{outcome.end_time_s:.1f} s after launch"
