@@ -1,6 +1,7 @@
 """Scenarios and records of what is flown."""
 
 from tests.physics import diverging
+from tests.systems import zenit
 from tethernet_core.parameters import load
 from tethernet_core.settings import MissionParameters
 from tethernet_learning.campaigns.cases import aim
@@ -14,9 +15,9 @@ RULES = load(MissionParameters)
 
 
 def test_one_seed_gives_one_list_within_the_papers_bounds():
-    some, more = random_positions(4, 5, 7, RULES), random_positions(4, 50, 7, RULES)
+    some, more = random_positions(zenit(4), 5, 7, RULES), random_positions(zenit(4), 50, 7, RULES)
     assert more[:5] == some
-    assert random_positions(4, 5, 8, RULES) != some
+    assert random_positions(zenit(4), 5, 8, RULES) != some
     for scenario in (case.scenario for case in more):
         x, y, z = scenario.debris_position
         assert max(abs(x), abs(y)) <= 9.0
@@ -26,17 +27,18 @@ def test_one_seed_gives_one_list_within_the_papers_bounds():
 
 
 def test_a_mission_in_error_is_counted_not_dropped(monkeypatch):
-    cases = random_positions(4, 2, 1, RULES)
+    cases = random_positions(zenit(4), 2, 1, RULES)
     settings = diverging(monkeypatch)
-    result = records(cases, fly_cases(cases, settings), cases[0].scenario.system)
+    result = records(cases, fly_cases(cases, {zenit(4): settings}), cases[0].scenario.system)
     assert result["errors"] == 2
+    assert all("diverged" in record["outcome"]["error"] for record in result["scenarios"])
     assert result["success_rate"] == 0.0
     assert result["fuel_per_mu_kg"] is None
     assert len(result["scenarios"]) == 2
 
 
 def test_a_policy_that_fails_at_one_scenario_costs_that_one_only(monkeypatch):
-    cases = random_positions(8, 2, 1, RULES)
+    cases = random_positions(zenit(8), 2, 1, RULES)
     refused = cases[0].scenario.debris_position
 
     def picky(system, position):
@@ -47,7 +49,7 @@ def test_a_policy_that_fails_at_one_scenario_costs_that_one_only(monkeypatch):
     monkeypatch.setitem(policies._FACTORIES, "picky", lambda: picky)
     aimed = aim(cases, "picky")
     settings = Settings.load(mission={"trigger_distance_m": 50.0})
-    result = records(aimed, fly_cases(aimed, settings), aimed[0].scenario.system)
+    result = records(aimed, fly_cases(aimed, {zenit(8): settings}), aimed[0].scenario.system)
     assert result["errors"] == 1
     first, second = (record["outcome"] for record in result["scenarios"])
     assert "not there" in first["error"]

@@ -225,7 +225,7 @@ def test_an_output_folder_that_cannot_be_written_is_refused_at_once(tmp_path, do
 @pytest.mark.parametrize(
     ("words", "message"),
     [
-        (("--mus", "5"), "--mus 5: no such design"),
+        (("--mus", "5"), "--mus 5: no such system; allowed: 4 or 8"),
         (("--debris", "0", "0", "-10"), "allowed: -60 to -40 m"),
         (("--debris", "0", "0", "nan"), "finite"),
         (("--params", "/nowhere.yaml"), "/nowhere.yaml"),
@@ -245,11 +245,11 @@ def test_all_is_written_and_told_before_the_middleware_can_hang_in_leaving(tmp_p
     program.write_text(
         "import ctypes\n"
         "import rclpy\n"
-        "from tethernet_bringup import cli\n"
+        "from tethernet_bringup.mission import command_line\n"
         "from tethernet_ros import executor\n"
         "executor._LEAVE_S = 0.5\n"
         "rclpy.try_shutdown = lambda: ctypes.PyDLL(None).pause()  # with the interpreter's lock\n"
-        "raise SystemExit(cli.main())\n"
+        "raise SystemExit(command_line.main())\n"
     )
     flags = (*LOCKSTEP, *short(tmp_path))
     with MissionCommand(tmp_path / "runs", domain_id, *flags, program=(str(program),)) as mission:

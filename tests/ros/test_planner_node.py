@@ -12,6 +12,7 @@ from std_srvs.srv import Trigger
 
 from tests import tiny_models
 from tests.ros.sound import mu_status, net_state
+from tests.systems import zenit
 from tethernet_core.aiming import FALLBACK, nominal_aiming_points
 from tethernet_core.mission import Phase
 from tethernet_core.parameters import load
@@ -182,8 +183,8 @@ def test_service_gives_nominal_points_and_explains_refusals(bench):
 
 
 def test_over_the_network_policies_have_names_and_no_paths(bench, tmp_path):
-    own = tiny_models.policy(tmp_path / "own.safetensors", 8)
-    other = tiny_models.policy(tmp_path / "other.safetensors", 8)
+    own = tiny_models.policy(tmp_path / "own.safetensors", zenit(8))
+    other = tiny_models.policy(tmp_path / "other.safetensors", zenit(8))
     b = bench(f"policy:={own}")
 
     def ask(name):
@@ -206,7 +207,7 @@ def test_over_the_network_policies_have_names_and_no_paths(bench, tmp_path):
 
 
 def test_where_a_trained_policy_was_never_trained_the_nominal_points_stand_in_and_controllers_are_told(bench, tmp_path):
-    policy = tiny_models.policy(tmp_path / "policy.safetensors", 4)
+    policy = tiny_models.policy(tmp_path / "policy.safetensors", zenit(4))
     b = bench("system:=zenit_4mu", f"policy:={policy}", "debris_bound_xy_m:=12.0")
 
     def ask(**request):

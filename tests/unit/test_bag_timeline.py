@@ -89,10 +89,10 @@ def test_extra_topics_that_cannot_be_meant_are_named(text):
         extra_topics(text)
 
 
-def test_the_designs_differ_in_their_mus():
+def test_each_unit_has_three_topics():
     assert len(mission_topics(8)) - len(mission_topics(4)) == 12
-    with pytest.raises(ValueError, match="allowed: 4"):
-        mission_topics(5)
+    assert len(mission_topics(24)) - len(mission_topics(0)) == 72
+    assert not any(topic.name.startswith("/mu") for topic in mission_topics(0))
 
 
 @pytest.mark.parametrize("clock", [True, False])
