@@ -196,6 +196,11 @@ def test_systems_are_listed_shown_checked_and_drawn(capsys, tmp_path, monkeypatc
     places = ["unit.mass_kg", "unit.box_m", "debris.mass_kg", "chaser.colour", "chaser.side_m", "parameters.optics"]
     assert [line.split()[2].rstrip(":") for line in mistakes] == places
     assert all("; allowed: " in line for line in mistakes)
+    (tmp_path / "stiff.yaml").write_text(
+        "based_on: zenit_8mu\nnet: {thread: {radius_m: 0.003}}\nparameters: {physics: {time_step_s: 0.0002}}\n"
+    )
+    status, out, _ = told(capsys, "systems", "check", "stiff.yaml")
+    assert status == 1 and "time_step_s = 0.0002: unstable" in out and "allowed: at most 0.000111" in out
     status, _, err = told(capsys, "fly", "--system", "wrong.yaml")
     assert status == 2 and "unit.mass_kg = -1" in err and "(and 1 more)" in err
 

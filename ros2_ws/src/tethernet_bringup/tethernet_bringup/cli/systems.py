@@ -50,18 +50,38 @@ def show(options: argparse.Namespace) -> None:
 
 def check(options: argparse.Namespace) -> int:
     """What is wrong with descriptions: every mistake on a line of its own."""
+    from tethernet_core.parameters import ParameterError
     from tethernet_core.system import DescriptionError, check_system
 
     status = 0
     for name in options.systems:
         try:
             system = check_system(name)
+            step_s = _checked_step(system)
         except DescriptionError as error:
             print("\n".join(error.sentences))
             status = 1
+        except ParameterError as error:
+            print(f"{name}: parameters: {error}")
+            status = 1
         else:
-            print(f"{name}: no mistakes; {system.unit_count} units, {system.net.node_count} nodes, {system.digest}")
+            size = f"{system.unit_count} units, {system.net.node_count} nodes, stable with its step of {step_s:g} s"
+            print(f"{name}: no mistakes; {size}; digest {system.digest}")
     return status
+
+
+def _checked_step(system: System) -> float:
+    """The time step that a system is flown with [s].
+
+    Raises:
+        ParameterError: where its own parameters are wrong, or the step is unstable.
+    """
+    from tethernet_sim.fly import Settings
+    from tethernet_sim.stability import check_stable
+
+    physics = Settings.load(system).physics
+    check_stable(system, physics)
+    return physics.time_step_s
 
 
 def draw(options: argparse.Namespace) -> None:
@@ -101,7 +121,8 @@ SHOW = Subcommand(
     ("zenit_8mu", "zenit_4mu --yaml"), show, _add_shown,
 )  # fmt: skip
 CHECK = Subcommand(
-    "Check descriptions, and print every mistake with the entry that it is in and what is allowed there.",
+    "Check descriptions, and print every mistake with the entry that it is in and what is allowed there; then whether "
+    "the time step is stable.",
     ("zenit_8mu", "mine.yaml theirs.yaml"), check, _add_checked,
     exit_status="exit status: 0 no mistakes, 1 some, 2 bad usage, 130 interrupted",
 )  # fmt: skip
