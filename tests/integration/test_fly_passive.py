@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import astuple
 
 import numpy as np
 import pytest
@@ -25,7 +26,7 @@ def test_an_ejected_net_flies_by_itself_to_a_verdict(passive):
         assert outcome.captured, outcome.verdict
         assert "30 of 30 pairs locked" in outcome.verdict
         assert (outcome.fuel_kg, outcome.fuel_at_trigger_kg, outcome.mus) == ((), (), 0)
-        assert outcome.max_tracking_error_m == 0.0
+        assert math.isnan(outcome.max_tracking_error_m)  # nothing tracks anything
         # The masses share their momentum with the net; 0.4 m are left of the 6.7 m to the target. Its front, 0.5 m
         # before its middle, holds the net up a little, and the trigger takes effect a tick later.
         speed = 2.5 * math.cos(math.radians(25.0)) * 6.0 * 0.3 / load_system("passive_5m").net.mass_kg
@@ -35,7 +36,7 @@ def test_an_ejected_net_flies_by_itself_to_a_verdict(passive):
 
 def test_it_needs_no_seed_and_gives_the_same_bits_again(passive):
     again = fly(Scenario("passive_5m", seed=0, debris_position=(0.0, 0.0, -7.0)))
-    assert again == passive[0]
+    np.testing.assert_equal(astuple(again), astuple(passive[0]))  # for which NaN is NaN
 
 
 def test_its_bodies_leave_as_described_and_opening():

@@ -166,6 +166,7 @@ def test_an_external_mu_flies_a_capture_and_the_net_feels_it(probe, processes):
     processes.node("tethernet_sim.ros.sim_node", "pace:=lockstep", "external_mus:='3'", name="sim")
     wait_until_connected(probe, [*(f"mu{mu}_controller" for mu in range(1, 9)), "planner", "sim"])
     probe.wait_for(lambda: probe.node.count_publishers(topics.mu_odometry(3)) == 1, "the driver, and nobody else")
+    probe.wait_for(lambda: odometry, "odometry before launch")  # a publisher that is seen need not see us yet
     start(probe)
     probe.wait_for(lambda: found and found[-1].stage == CaptureAssessment.FINAL, "verdict", 120.0)
     assert found[-1].captured, found[-1].verdict
