@@ -112,3 +112,17 @@ def test_with_damping_energy_goes():
     for _ in coast(world, 20):
         pass
     assert energy(world) < 0.9999 * before
+
+
+@pytest.mark.parametrize("mus", [4, 8])
+def test_a_chaser_that_tows_gives_its_thrust_to_the_whole_system(mus):
+    """The momentum of everything grows by force times time; a chaser whose net is not held yet coasts."""
+    force = np.array([1.0, -2.0, 20.0])
+    for closing, felt in ((True, force), (False, np.zeros(3))):
+        world = flying_net(mus, closing)
+        world.chaser_force[0] = force
+        before = audit.linear_momentum(world.model, world.state)
+        periods = sum(1 for _ in coast(world, 40))
+        gained = audit.linear_momentum(world.model, world.state) - before
+        duration_s = periods * world.steps * world.model.numbers.time_step
+        assert gained[0] == pytest.approx(felt * duration_s, abs=1e-9 * np.abs(before).max())

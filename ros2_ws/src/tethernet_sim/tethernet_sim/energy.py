@@ -110,8 +110,7 @@ class Auditor:
         s = world.state
         s.contacts[0] = book.fly_booked(
             self._ledger, world.model.numbers, world.model.arrays, world.engine.threads, world.model.debris,
-            world.steps, thrust[0], world.external[0], world.target_pos[0], world.target_vel[0], s.knot_pos[0],
-            s.knot_vel[0], s.mu_pos[0], s.mu_vel[0], s.bodies[0], s.bristle[0], s.closing[0], s.pair_length[0],
-            s.locked[0], s.winch_length[0],
-            s.tether_length[0],
+            world.steps, thrust[0], world.external[0], world.target_pos[0], world.target_vel[0],
+            world.chaser_force[0], s.knot_pos[0], s.knot_vel[0], s.mu_pos[0], s.mu_vel[0], s.bodies[0], s.bristle[0],
+            s.closing[0], s.pair_length[0], s.locked[0], s.winch_length[0], s.tether_length[0],
         )  # fmt: skip

@@ -34,11 +34,14 @@ class Commands:
     """The targets at the beginning of the period [m]."""
     target_vel: np.ndarray  # (B, M, 3)
     """Their velocities [m/s]."""
+    chaser_force: np.ndarray  # (B, 3)
+    """Constant thrust on the chaser's centre of mass [N]; felt once closing has begun."""
 
     @classmethod
     def of_thrust(cls, thrust: np.ndarray) -> Commands:
-        """Thrust [N], (B, M, 3), and no external MU."""
-        return cls(thrust, np.zeros(thrust.shape[:2], bool), np.zeros(thrust.shape), np.zeros(thrust.shape))
+        """Thrust [N], (B, M, 3), no external MU, and a chaser that coasts."""
+        nothing = np.zeros(thrust.shape)
+        return cls(thrust, np.zeros(thrust.shape[:2], bool), nothing, nothing, np.zeros((len(thrust), 3)))
 
 
 class Engine(Protocol):
@@ -80,8 +83,8 @@ class _KernelEngine:
         def fly(part: np.ndarray) -> None:
             step.advance(
                 self.model.numbers, self.model.arrays, self.threads, self.model.debris, steps, part, c.thrust,
-                c.external, c.target_pos, c.target_vel, s.knot_pos, s.knot_vel, s.mu_pos, s.mu_vel, s.bodies,
-                s.bristle, s.closing, s.pair_length, s.locked, s.winch_length, s.tether_length, s.contacts,
+                c.external, c.target_pos, c.target_vel, c.chaser_force, s.knot_pos, s.knot_vel, s.mu_pos, s.mu_vel,
+                s.bodies, s.bristle, s.closing, s.pair_length, s.locked, s.winch_length, s.tether_length, s.contacts,
             )  # fmt: skip
 
         cores.share(fly, np.arange(s.batch) if chosen is None else chosen)

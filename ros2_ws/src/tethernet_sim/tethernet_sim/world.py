@@ -65,6 +65,8 @@ class World:
         """Measured positions of external MUs at the beginning of the next period [m], shape (B, M, 3)."""
         self.target_vel = np.zeros((batch, mu_count, 3))
         """Their measured velocities [m/s], shape (B, M, 3)."""
+        self.chaser_force = np.zeros((batch, 3))
+        """Thrust of the chaser that tows [N], shape (B, 3), frame launch."""
         self.engine: Engine = engine_for(self.model)
         self._least_inertia = min(
             self.model.numbers.chaser_inertia, float(np.linalg.eigvalsh(inertia_tensor(self.model.debris))[0])
@@ -78,7 +80,7 @@ class World:
             thrust: per scenario and MU [N], shape (B, M, 3).
             chosen: indices of the scenarios to fly; None for all.
         """
-        commands = Commands(thrust, self.external, self.target_pos, self.target_vel)
+        commands = Commands(thrust, self.external, self.target_pos, self.target_vel, self.chaser_force)
         self.engine.advance(self.state, commands, self.steps * self.model.numbers.time_step, chosen)
 
     def diverged(self, chosen: np.ndarray) -> np.ndarray:

@@ -166,8 +166,8 @@ def _contact(
 
 @ieee
 def book_step(
-    ledger, numbers, arrays, body, thrust, closing, tether_length, knots, knot_vels, mu_pos, mu_vels, bodies, bristle,
-    joints, locks, threads,
+    ledger, numbers, arrays, body, thrust, chaser_force, closing, tether_length, knots, knot_vels, mu_pos, mu_vels,
+    bodies, bristle, joints, locks, threads,
 ):  # fmt: skip
     """Add what one step did to the ``ledger`` (TERMS,) [J].
 
@@ -177,6 +177,7 @@ def book_step(
         arrays: constant arrays of the model.
         body: constants of the debris.
         thrust: of the MUs in this step [N], (M, 3).
+        chaser_force: thrust of the chaser [N], (3,); felt once closing has begun.
         closing: whether closing has begun.
         tether_length: of the locked tether [m].
         knots: positions before [m], (3, N).
@@ -194,6 +195,9 @@ def book_step(
     for m in range(len(mu_pos)):
         for axis in range(3):
             given += numbers.time_step * thrust[m, axis] * 0.5 * (mu_vels[0, m, axis] + mu_vels[1, m, axis])
+    if closing:
+        for axis in range(3):
+            given += numbers.time_step * chaser_force[axis] * 0.5 * (bodies[0, 1, 3 + axis] + bodies[1, 1, 3 + axis])
     ledger[THRUST] += given
     ledger[WORK] += given
     _net(ledger, numbers, arrays, knots, v, w, mu_pos, mu_vels[0], mu_vels[1])
@@ -230,8 +234,8 @@ def book_step(
 
 @entry_point
 def fly_booked(
-    ledger, numbers, arrays, threads, body, steps, thrust, external, target_pos, target_vel, knot_pos, knot_vel,
-    mu_pos, mu_vel, bodies, bristle, closing, pair_length, locked, winch_length, tether_length,
+    ledger, numbers, arrays, threads, body, steps, thrust, external, target_pos, target_vel, chaser_force,
+    knot_pos, knot_vel, mu_pos, mu_vel, bodies, bristle, closing, pair_length, locked, winch_length, tether_length,
 ):  # fmt: skip
     """Fly one scenario like step.advance, step by step, and book each step. Returns the particles in contact at the
     last.
@@ -245,13 +249,13 @@ def fly_booked(
         knot_vels[0], mu_vels[0], both_bodies[0] = knot_vel, mu_vel, bodies
         joints[0], locks[0], winches[0] = pair_length, locked, winch_length
         contacts = advance_scenario(
-            numbers, arrays, threads, body, 1, thrust, external, target_pos, target_vel, knot_pos, knot_vel, mu_pos,
-            mu_vel, bodies, bristle, closing, pair_length, locked, winch_length, tether_length,
+            numbers, arrays, threads, body, 1, thrust, external, target_pos, target_vel, chaser_force, knot_pos,
+            knot_vel, mu_pos, mu_vel, bodies, bristle, closing, pair_length, locked, winch_length, tether_length,
         )  # fmt: skip
         knot_vels[1], mu_vels[1], both_bodies[1] = knot_vel, mu_vel, bodies
         joints[1], locks[1], winches[1] = pair_length, locked, winch_length
         book_step(
-            ledger, numbers, arrays, body, thrust, closing, tether_length, knots, knot_vels, mus, mu_vels, both_bodies,
-            held, joints, locks, winches,
+            ledger, numbers, arrays, body, thrust, chaser_force, closing, tether_length, knots, knot_vels, mus,
+            mu_vels, both_bodies, held, joints, locks, winches,
         )  # fmt: skip
     return contacts

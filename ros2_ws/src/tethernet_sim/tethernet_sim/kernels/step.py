@@ -101,7 +101,7 @@ def drift(pos, vel, knots, time_step):
 
 @inlined_once
 def advance_scenario(
-    numbers, arrays, threads, body, steps, thrust, external, target_pos, target_vel,
+    numbers, arrays, threads, body, steps, thrust, external, target_pos, target_vel, chaser_force,
     all_knot_pos, all_knot_vel, mu_pos, mu_vel, bodies, bristle, closing, pair_length, locked, winch_length,
     tether_length,
 ):  # fmt: skip
@@ -117,6 +117,7 @@ def advance_scenario(
         external: per MU, whether its stand-in follows a target (M,).
         target_pos: the target at the first step [m], (M, 3).
         target_vel: its velocity [m/s], (M, 3).
+        chaser_force: thrust on the chaser's centre of mass [N], (3,); felt once closing has begun.
         all_knot_pos, all_knot_vel, mu_pos, mu_vel, bodies, bristle, pair_length, locked, winch_length: the scenario's
             state, see State; updated.
         closing: closing has begun.
@@ -221,11 +222,13 @@ def advance_scenario(
             for axis in range(3):
                 knot_vel[axis, knot] += kick[knot] * pulls[m, axis]
         if closing:
+            for axis in range(3):
+                force[axis] = chaser_force[axis]
             if center >= 0:
                 for axis in range(3):
                     knot_vel[axis, center] += kick[center] * pulls[mus, axis]
-                    force[axis] = -pulls[mus, axis]
-                rigid_body.kick(chaser, numbers.chaser_mass, force, torque, dt)
+                    force[axis] -= pulls[mus, axis]
+            rigid_body.kick(chaser, numbers.chaser_mass, force, torque, dt)
             pairs.apply(all_pairs, pair_forces, kick, knots, knot_vel, mu_force)
         if near_count:
             contact.react(near, held, touching, touching_knots, touching_count, work, kick, knots, knot_vel, mu_force)
@@ -278,7 +281,7 @@ def begin_closing(numbers, arrays, knot_pos, mu_pos, chaser, pair_length, locked
 
 @entry_point
 def advance(
-    numbers, arrays, threads, body, steps, chosen, thrust, external, target_pos, target_vel,
+    numbers, arrays, threads, body, steps, chosen, thrust, external, target_pos, target_vel, chaser_force,
     knot_pos, knot_vel, mu_pos, mu_vel, bodies, bristle, closing, pair_length, locked, winch_length,
     tether_length, contacts,
 ):  # fmt: skip
@@ -288,6 +291,6 @@ def advance(
     for b in chosen:
         contacts[b] = advance_scenario(
             numbers, arrays, threads, body, steps, thrust[b], external[b], target_pos[b], target_vel[b],
-            knot_pos[b], knot_vel[b], mu_pos[b], mu_vel[b], bodies[b], bristle[b],
+            chaser_force[b], knot_pos[b], knot_vel[b], mu_pos[b], mu_vel[b], bodies[b], bristle[b],
             closing[b], pair_length[b], locked[b], winch_length[b], tether_length[b],
         )  # fmt: skip
