@@ -13,12 +13,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-from tethernet_sim.kernels.compaction import compact_indices
+from tethernet_sim.kernels import lanes
 from tethernet_sim.kernels.options import inlined, kernel
 from tethernet_sim.kernels.rows import LINE, aligned_rows, padded
 
 FIRST_ROW = LINE
 """Where the force of the first thread along a row stands: behind zeros, in whole cache lines."""
+_ROW_BITS = 255
+"""Those of the threads along rows in a mask of both kinds."""
 DENSE_STEPS = 10
 """Steps for which all threads are evaluated before the taut ones are counted again."""
 
@@ -42,12 +44,9 @@ class GridWork(NamedTuple):
     """Work space of one scenario."""
 
     counts: np.ndarray  # (3,) steps for which all are evaluated; taut threads along rows, along columns
-    row_begins: np.ndarray  # 1 where a thread along a row begins, 0 at the end of each row and behind the last, padded
-    row_flags: np.ndarray  # which threads along rows are taut, numbered by their first node, padded
-    column_flags: np.ndarray  # which along columns
-    row_blocks: np.ndarray  # the same bytes, eight in one
-    column_blocks: np.ndarray
-    busy: np.ndarray
+    threads: np.ndarray  # (nodes / 8,) which of eight nodes a thread along a row begins at, then along a column: bits
+    masks: np.ndarray  # which of these are taut
+    busy: np.ndarray  # indices of the masks that are not 0
     taut_rows: np.ndarray
     taut_columns: np.ndarray
     taut: np.ndarray  # (5, dense_from)
@@ -55,53 +54,78 @@ class GridWork(NamedTuple):
     column_force: np.ndarray
 
 
+@inlined
+def blocks(count):
+    """Blocks of eight that hold so many."""
+    return (count + (lanes.COUNT - 1)) // lanes.COUNT
+
+
 @kernel
 def workspace(net, width):
     """Work space for one scenario; ``width`` is the room of a row of node coordinates."""
     nodes = net.rows * net.columns
-    row_begins, row_flags = np.zeros(padded(nodes - 1), np.uint8), np.zeros(padded(nodes - 1), np.uint8)
-    for node in range(nodes):
+    threads = np.zeros(blocks(nodes - 1), np.uint16)
+    for node in range(nodes - 1):
+        bit = 1 << (node % lanes.COUNT)
         if (node + 1) % net.columns:
-            row_begins[node] = 1
-    column_flags = np.zeros(padded(nodes - net.columns), np.uint8)
+            threads[node // lanes.COUNT] |= bit
+        if node < nodes - net.columns:
+            threads[node // lanes.COUNT] |= bit << lanes.COUNT
+    room = nodes + lanes.COUNT
     return GridWork(
-        np.zeros(3, np.int64), row_begins, row_flags, column_flags, row_flags.view(np.uint64),
-        column_flags.view(np.uint64),
-        np.empty(len(row_flags) // 8 + 1, np.uint32), np.empty(nodes + 1, np.uint32), np.empty(nodes + 1, np.uint32),
+        np.zeros(3, np.int64), threads, np.empty(len(threads), np.uint16), np.empty(len(threads) + 1, np.uint32),
+        np.empty(room, np.uint32), np.empty(room, np.uint32),
         np.empty((5, net.dense_from + 1)), aligned_rows(FIRST_ROW + width),
         aligned_rows(padded(net.columns) + width),
     )  # fmt: skip
 
 
 @inlined
-def flag_taut(x, y, z, rows, columns, mesh, row_begins, row_flags, column_flags):
-    """Flag the threads whose nodes are farther apart than the rest length.
+def find_along_rows(x, y, z, xs, ys, zs, limit):
+    """Which of eight threads along rows are taut, given their nodes x, y, z and the eight nodes after these."""
+    dx, dy, dz = lanes.next_lanes(x, xs) - x, lanes.next_lanes(y, ys) - y, lanes.next_lanes(z, zs) - z
+    return lanes.mask_greater(dx * dx + dy * dy + dz * dz, limit)
 
-    Args:
-        x, y, z: of the nodes, with room for a vector more [m].
-        rows: of nodes.
-        columns: of nodes.
-        mesh: rest length [m].
-        row_begins: which nodes a thread along a row begins at, see GridWork.
-        row_flags: output.
-        column_flags: output.
+
+@inlined
+def list_taut(net, work, x, y, z):
+    """List the threads whose nodes are farther apart than the rest length. Return how many along rows and columns.
+
+    Eight at a time, and without branches: which threads are taut changes so often that a processor guesses wrong.
     """
-    squared_mesh = mesh * mesh
-    # Unsigned counters: numba makes sure of every signed index that it is not negative, and slices are slower.
-    both, to_next, to_row = np.uint64(len(column_flags)), np.uint64(1), np.uint64(columns)
-    for i in range(both):
-        j = i + to_next
-        dx, dy, dz = x[j] - x[i], y[j] - y[i], z[j] - z[i]
-        row_flags[i] = (dx * dx + dy * dy + dz * dz > squared_mesh) & row_begins[i]
+    threads, masks, busy = work.threads, work.masks, work.busy
+    limit = lanes.spread(net.mesh * net.mesh)
+    # Unsigned counters: numba makes sure of every signed index that it is not negative.
+    to_row, eight = np.uint64(net.columns), np.uint64(lanes.COUNT)
+    with_columns = np.uint64(blocks(net.rows * net.columns - net.columns))
+    some = np.uint64(0)
+    i = np.uint64(0)
+    here_x, here_y, here_z = lanes.load(x, i), lanes.load(y, i), lanes.load(z, i)
+    for block in range(with_columns):
         j = i + to_row
-        dx, dy, dz = x[j] - x[i], y[j] - y[i], z[j] - z[i]
-        column_flags[i] = dx * dx + dy * dy + dz * dz > squared_mesh
-    for i in range(both, np.uint64(len(row_flags))):
-        j = i + to_next
-        dx, dy, dz = x[j] - x[i], y[j] - y[i], z[j] - z[i]
-        row_flags[i] = (dx * dx + dy * dy + dz * dz > squared_mesh) & row_begins[i]
-    for i in range(rows * columns - columns, len(column_flags)):
-        column_flags[i] = 0  # no thread leads on from the last row
+        dx, dy, dz = lanes.load(x, j) - here_x, lanes.load(y, j) - here_y, lanes.load(z, j) - here_z
+        column = lanes.mask_greater(dx * dx + dy * dy + dz * dz, limit)
+        i = eight * (block + np.uint64(1))
+        next_x, next_y, next_z = lanes.load(x, i), lanes.load(y, i), lanes.load(z, i)
+        row = find_along_rows(here_x, here_y, here_z, next_x, next_y, next_z, limit)
+        mask = (row | (column << eight)) & np.uint64(threads[block])
+        masks[block], busy[some] = mask, block
+        some += np.uint64(mask != np.uint64(0))
+        here_x, here_y, here_z = next_x, next_y, next_z
+    for block in range(with_columns, np.uint64(len(threads))):
+        i = eight * (block + np.uint64(1))
+        next_x, next_y, next_z = lanes.load(x, i), lanes.load(y, i), lanes.load(z, i)
+        mask = find_along_rows(here_x, here_y, here_z, next_x, next_y, next_z, limit) & np.uint64(threads[block])
+        masks[block], busy[some] = mask, block
+        some += np.uint64(mask != np.uint64(0))
+        here_x, here_y, here_z = next_x, next_y, next_z
+    rows, columns = np.uint64(0), np.uint64(0)
+    for b in range(some):
+        which = np.uint64(busy[b])
+        mask, begin = np.uint64(masks[which]), eight * which
+        rows = lanes.append_indices(work.taut_rows, rows, begin, mask & np.uint64(_ROW_BITS))
+        columns = lanes.append_indices(work.taut_columns, columns, begin, mask >> eight)
+    return np.int64(rows), np.int64(columns)
 
 
 @inlined
@@ -224,11 +248,7 @@ def apply(net, work, pos, vel, kick, _time_step):
     """Change the nodes' velocities by one step under the net's threads."""
     counts = work.counts
     if counts[0] == 0:
-        flag_taut(
-            pos[0], pos[1], pos[2], net.rows, net.columns, net.mesh, work.row_begins, work.row_flags, work.column_flags
-        )
-        counts[1] = compact_indices(work.row_flags, work.row_blocks, work.busy, work.taut_rows)
-        counts[2] = compact_indices(work.column_flags, work.column_blocks, work.busy, work.taut_columns)
+        counts[1], counts[2] = list_taut(net, work, pos[0], pos[1], pos[2])
         counts[0] = DENSE_STEPS if counts[1] + counts[2] > net.dense_from else 0
     if counts[0] == 0:
         apply_taut(net, pos, vel, work.taut_rows, counts[1], work.taut_columns, counts[2], kick, work.taut)

@@ -1,0 +1,136 @@
+"""Eight numbers at once, for the kernels whose speed must not depend on what a compiler sees in a loop.
+
+:class:`Lanes` is a type of compiled code only: numba's compiler keeps it in one register of the widest processors, in
+several of others. ``+ - *`` work lane by lane. Loads check their range where numba checks indices.
+"""
+
+from __future__ import annotations
+
+import operator
+from collections.abc import Callable
+from typing import Any
+
+from llvmlite import ir
+from numba.core import cgutils, types
+from numba.core.typing.templates import AbstractTemplate, infer_global, signature
+from numba.extending import intrinsic, lower_builtin, models, register_model
+
+COUNT = 8
+"""Numbers in a :class:`Lanes`."""
+_DOUBLES = ir.VectorType(ir.DoubleType(), COUNT)
+_BITS = ir.VectorType(ir.IntType(1), COUNT)
+_INDICES = ir.VectorType(ir.IntType(32), COUNT)
+_INT = ir.IntType(32)
+_instructions: Any = intrinsic
+"""Makes a function of a generator of instructions; numba's annotations lack that it takes the type context away."""
+
+
+class Lanes(types.Type):
+    """Eight doubles."""
+
+    def __init__(self) -> None:
+        super().__init__(name="Lanes")
+
+
+_LANES = Lanes()
+
+
+@register_model(Lanes)
+class _LanesModel(models.PrimitiveModel):
+    def __init__(self, manager: Any, kind: Any) -> None:
+        super().__init__(manager, kind, _DOUBLES)
+
+
+def _operation(symbol: Callable[..., Any], instruction: str) -> None:
+    """Let an operator work on lanes."""
+
+    @infer_global(symbol)
+    class _Typing(AbstractTemplate):
+        def generic(self, args, _keywords):
+            return signature(_LANES, *args) if args == (_LANES, _LANES) else None
+
+    @lower_builtin(symbol, Lanes, Lanes)
+    def _lower(_context, builder, _signature, args):
+        return getattr(builder, instruction)(*args)
+
+
+_operation(operator.add, "fadd")
+_operation(operator.sub, "fsub")
+_operation(operator.mul, "fmul")
+
+
+def _address(context: Any, builder: Any, kind: Any, array: Any, index: Any, item: ir.Type) -> Any:
+    """Where eight numbers of an array begin, checked if numba checks indices."""
+    struct = context.make_array(kind)(context, builder, value=array)
+    if context.enable_boundscheck:
+        size = builder.extract_value(struct.shape, 0)
+        for wanted in (index, builder.add(index, index.type(COUNT - 1))):
+            cgutils.do_boundscheck(context, builder, wanted, size, 0)
+    return builder.bitcast(builder.gep(struct.data, [index]), item.as_pointer())
+
+
+@_instructions
+def spread(_typing, value):
+    """One number in all lanes."""
+
+    def generate(_context, builder, _signature, args):
+        one = builder.insert_element(ir.Constant(_DOUBLES, ir.Undefined), args[0], _INT(0))
+        return builder.shuffle_vector(one, one, ir.Constant(_INDICES, [0] * COUNT))
+
+    return _LANES(types.float64), generate
+
+
+@_instructions
+def load(_typing, row, index):
+    """Eight numbers of a contiguous row, from an index on."""
+
+    def generate(context, builder, signature, args):
+        begin = builder.zext(args[1], ir.IntType(64)) if args[1].type.width < 64 else args[1]
+        return builder.load(_address(context, builder, signature.args[0], args[0], begin, _DOUBLES), align=8)
+
+    return _LANES(row, index), generate
+
+
+@_instructions
+def next_lanes(_typing, these, those):
+    """The lanes one further on, ``those`` being the eight after ``these``."""
+
+    def generate(_context, builder, _signature, args):
+        return builder.shuffle_vector(*args, ir.Constant(_INDICES, list(range(1, COUNT + 1))))
+
+    return _LANES(these, those), generate
+
+
+@_instructions
+def mask_greater(_typing, values, limits):
+    """In which lanes a value is greater than its limit: bit k of an integer for lane k."""
+
+    def generate(_context, builder, _signature, args):
+        found = builder.fcmp_ordered(">", *args)
+        return builder.zext(builder.bitcast(found, ir.IntType(COUNT)), ir.IntType(64))
+
+    return types.uint64(values, limits), generate
+
+
+@_instructions
+def append_indices(_typing, found, count, begin, mask):
+    """Append ``begin`` + k for every bit k of a mask to the ``count`` numbers listed in ``found`` (uint32), without
+    branches; writes eight entries. Returns how many are listed then.
+    """
+
+    def generate(context, builder, signature, args):
+        array, count, begin, mask = args
+        address = _address(context, builder, signature.args[0], array, count, _INDICES)
+        first = builder.insert_element(ir.Constant(_INDICES, ir.Undefined), builder.trunc(begin, _INT), _INT(0))
+        indices = builder.shuffle_vector(first, first, ir.Constant(_INDICES, [0] * COUNT))
+        indices = builder.add(indices, ir.Constant(_INDICES, list(range(COUNT))))
+        byte = builder.trunc(mask, ir.IntType(COUNT))
+        compress = cgutils.get_or_insert_function(
+            builder.module, ir.FunctionType(_INDICES, [_INDICES, _BITS, _INDICES]),
+            "llvm.experimental.vector.compress.v8i32",
+        )  # fmt: skip
+        chosen = builder.call(compress, [indices, builder.bitcast(byte, _BITS), ir.Constant(_INDICES, ir.Undefined)])
+        builder.store(chosen, address, align=4)
+        return builder.add(count, builder.zext(builder.ctpop(byte), ir.IntType(64)))
+
+    return types.uint64(found, types.uint64, types.uint64, types.uint64), generate
