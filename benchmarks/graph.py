@@ -3,22 +3,30 @@
 In lock-step: how much faster than real time. In real time: missed deadlines, time from odometry to thrust, memory of
 all processes. In both: time from the command to launch. The figures are those of outcome.json; this program only adds
 where the CPU time goes.
+
+Each mission in lock-step takes turns with its baseline, the same processes with empty callbacks (empty_graph.py): what
+of the time is the middleware's and the interpreter's. ``share_of_empty`` is the mission's real-time factor by the
+baseline's, ``start_ratio_empty`` the mission's time from command to launch by the baseline's, medians over the turns.
 """
 
 from __future__ import annotations
 
 import argparse
 import json
+import math
 import os
 import shlex
 import statistics
 import subprocess
 import sys
 import tempfile
+import threading
+import time
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from .empty_graph import EmptyFlown, EmptyMissionError, fly_empty
 from .figures import conclude, cores, machine
 from .processes import CpuSampler
 
@@ -27,6 +35,9 @@ DOMAIN_ID = 101
 """A mission that flies beside, on the default domain, disturbs no figure but the times."""
 TIMEOUT_S = 300.0
 CAPTURED, NOT_CAPTURED = 0, 3
+_LAUNCH = "launch:"
+"""In the line that the command prints at launch."""
+_OUTPUT_S = 5.0  # for the last words of a command that has ended
 SMOKE_PARAMETERS = "/**:\n  ros__parameters:\n    give_up_s: 4.0\n"
 """Ends the mission before the net is there; everybody has worked by then."""
 
@@ -45,6 +56,10 @@ class Flown:
     """CPU time of each process from launch to the verdict [s]."""
     start_cpu_s: dict[str, float]
     """CPU time of each process up to launch [s]."""
+    launch_s: float
+    """From the command to launch, its set-up check and its imports included [s]."""
+    run: Path
+    """Folder of the run."""
 
 
 def fly(command: list[str], pace: str, parameters: Path | None, domain_id: int, folder: Path) -> Flown:
@@ -71,21 +86,51 @@ def fly(command: list[str], pace: str, parameters: Path | None, domain_id: int, 
         )
     except OSError as error:
         raise BenchmarkError(f"cannot start {' '.join(command)}: {error.strerror}") from error
+    output = _Output(process)
     with CpuSampler(process.pid) as sampler:
         try:
-            said, _ = process.communicate(timeout=TIMEOUT_S)
+            process.wait(timeout=TIMEOUT_S)
         except BaseException as error:
             process.terminate()  # the command ends its nodes itself
-            said, _ = process.communicate()
+            process.wait()
             if isinstance(error, subprocess.TimeoutExpired):
-                raise BenchmarkError(f"no end after {TIMEOUT_S:g} s of {line}:\n{said}") from error
+                raise BenchmarkError(f"no end after {TIMEOUT_S:g} s of {line}:\n{output.text()}") from error
             raise
+    said = output.text()
     if process.returncode not in allowed:
         raise BenchmarkError(f"exit status {process.returncode} (allowed: {allowed}) of {line}:\n{said}")
     outcome = json.loads(next(folder.glob("*/outcome.json")).read_text(encoding="utf-8"))
-    launch = sampler.began + outcome["start_s"]
+    launch = output.launched_s
     in_flight = sampler.between(launch, launch + outcome["wall_time_s"])
-    return Flown(outcome, in_flight, sampler.between(sampler.began, launch))
+    return Flown(
+        outcome,
+        in_flight,
+        sampler.between(sampler.began, launch),
+        launch - sampler.began,
+        next(folder.glob("*/outcome.json")).parent,
+    )
+
+
+class _Output:
+    """What a command prints, and when it tells of the launch."""
+
+    def __init__(self, process: subprocess.Popen[str]):
+        self.launched_s = math.nan
+        """[s], time.monotonic; NaN before."""
+        self._process, self._lines = process, list[str]()
+        self._thread = threading.Thread(target=self._read, daemon=True)
+        self._thread.start()
+
+    def text(self) -> str:
+        """All of it, once the command has ended."""
+        self._thread.join(_OUTPUT_S)
+        return "".join(self._lines)
+
+    def _read(self) -> None:
+        for line in self._process.stdout or ():
+            self._lines.append(line)
+            if _LAUNCH in line and math.isnan(self.launched_s):
+                self.launched_s = time.monotonic()
 
 
 def describe(pace: str, flown: Flown) -> str:
@@ -93,9 +138,17 @@ def describe(pace: str, flown: Flown) -> str:
     outcome = flown.outcome
     return (
         f"{pace}: {outcome['flown_s']:.1f} s in {outcome['wall_time_s']:.1f} s, {outcome['real_time_factor']:.2f} x "
-        f"real time; launch after {outcome['start_s']:.1f} s; odometry to thrust p50 {outcome['latency_p50_ms']:.1f}, "
+        f"real time; launch after {flown.launch_s:.1f} s; odometry to thrust p50 {outcome['latency_p50_ms']:.1f}, "
         f"p99 {outcome['latency_p99_ms']:.1f}, max {outcome['latency_max_ms']:.1f} ms; {outcome['deadline_misses']} "
         f"deadlines missed; {outcome['memory_mb']:.0f} MB\n"
+        f"    CPU s to launch {_shares(flown.start_cpu_s)}; in flight {_shares(flown.cpu_s)}"
+    )
+
+
+def describe_empty(flown: EmptyFlown) -> str:
+    """One run of the empty processes in words."""
+    return (
+        f"empty processes: {flown.real_time_factor:.2f} x real time; launch after {flown.start_s:.1f} s\n"
         f"    CPU s to launch {_shares(flown.start_cpu_s)}; in flight {_shares(flown.cpu_s)}"
     )
 
@@ -119,6 +172,7 @@ def main(argv: list[str] | None = None) -> int:
     options = _options(argv)
     print(machine())
     flown: dict[str, list[Flown]] = {"lockstep": [], "realtime": []}
+    empty: list[EmptyFlown] = []
     with tempfile.TemporaryDirectory(prefix="tethernet_benchmark_") as scratch:
         parameters = None
         if options.smoke:
@@ -130,10 +184,13 @@ def main(argv: list[str] | None = None) -> int:
                 folder = Path(scratch, f"{pace}{number}")
                 try:
                     flown[pace].append(fly(options.command, pace, parameters, options.domain_id, folder))
-                except BenchmarkError as error:
+                    print(describe(pace, flown[pace][-1]), flush=True)
+                    if pace == "lockstep":
+                        empty.append(fly_empty(flown[pace][-1].run, Path(scratch), options.domain_id))
+                        print(describe_empty(empty[-1]), flush=True)
+                except (BenchmarkError, EmptyMissionError) as error:
                     print(f"benchmark graph: {error}", file=sys.stderr)
                     return 1
-                print(describe(pace, flown[pace][-1]), flush=True)
     every = [mission.outcome for missions in flown.values() for mission in missions]
     in_lockstep = [mission.outcome for mission in flown["lockstep"]]
     in_real_time = flown["realtime"][0]
@@ -141,9 +198,18 @@ def main(argv: list[str] | None = None) -> int:
         "graph",
         {
             "real_time_factor": statistics.median(outcome["real_time_factor"] for outcome in in_lockstep),
+            "real_time_factor_empty": statistics.median(turn.real_time_factor for turn in empty),
+            "share_of_empty": statistics.median(
+                mission["real_time_factor"] / turn.real_time_factor
+                for mission, turn in zip(in_lockstep, empty, strict=True)
+            ),
+            "start_ratio_empty": statistics.median(
+                mission.launch_s / turn.start_s for mission, turn in zip(flown["lockstep"], empty, strict=True)
+            ),
             "latency_p99_ms": in_real_time.outcome["latency_p99_ms"],
             "deadline_misses": in_real_time.outcome["deadline_misses"],
-            "start_s": statistics.median(outcome["start_s"] for outcome in every),
+            "start_s": statistics.median(mission.launch_s for missions in flown.values() for mission in missions),
+            "start_s_empty": statistics.median(turn.start_s for turn in empty),
             "memory_mb": max(outcome["memory_mb"] for outcome in every),
             "latency_p50_ms": in_real_time.outcome["latency_p50_ms"],
             "latency_max_ms": in_real_time.outcome["latency_max_ms"],

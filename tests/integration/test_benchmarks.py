@@ -83,6 +83,10 @@ def test_graph(domain_id):
     assert result["lockstep_cpu_s"] < 1.2 * wall_s * os.cpu_count(), "no process works before it is there"
     assert 100.0 < result["memory_mb"] < 1500.0
     assert result["lockstep_deadline_misses"] == 0
+    assert result["share_of_empty"] == pytest.approx(
+        result["real_time_factor"] / result["real_time_factor_empty"], rel=2e-3
+    ), "of the one turn"
+    assert 0.1 < result["start_ratio_empty"] < 10.0
 
 
 @pytest.mark.parametrize(
