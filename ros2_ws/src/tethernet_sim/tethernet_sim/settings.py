@@ -35,7 +35,7 @@ class PhysicsParameters:
         "The folded net lies so far in front of the launch point [A]", unit="m", low=0.0, high=20.0
     )
     knot_radius_m: float = parameter("Contact radius of a knot [A]", unit="m", low=0.0, high=0.5)
-    contact_stiffness_n_m: float = parameter("Compliant normal contact [A]", unit="N/m", low=0.0, high=1e5)
+    contact_stiffness_n_m: float = parameter("Compliant normal contact [A]", unit="N/m", low=0.0, high=1e6)
     contact_damping_ratio: float = parameter(
         "Damping of the normal contact, of each point's own mass [A]", low=0.0, high=1.0
     )

@@ -37,6 +37,8 @@ class Group:
 
     summary: str
     members: Mapping[str, Leaf | Group]
+    alone: Leaf | None = None
+    """What the word of the group itself does, with words that name no member; None: it needs a member."""
 
 
 _LEARNING, _CAMPAIGNS = "tethernet_learning", "tethernet_learning.campaigns.command"
@@ -112,6 +114,16 @@ TREE = Group(
                 "draw": Leaf("a picture of net, units and debris", "tethernet_bringup.cli.systems", "DRAW"),
             },
         ),
+        "validate": Group(
+            "compare the engine with solutions and figures of others",
+            {
+                "convergence": Leaf(
+                    "how far captures depend on step, contact, friction and threads",
+                    f"{_LEARNING}.campaigns.convergence",
+                ),
+            },
+            Leaf("compare the engine with solutions and figures of others", "tethernet_sim.validation.command"),
+        ),
         "check-driver": Leaf("check the driver of a unit against the contract", "tethernet_control.check_driver"),
     },
 )  # fmt: skip
@@ -132,7 +144,11 @@ def find(words: Sequence[str]) -> tuple[Leaf | Group, str, list[str]]:
     """
     node: Leaf | Group = TREE
     program, rest = PROGRAM, list(words)
-    while isinstance(node, Group) and rest and not rest[0].startswith("-"):
+    while isinstance(node, Group):
+        if node.alone is not None and (not rest or rest[0] not in node.members):
+            return node.alone, program, rest
+        if not rest or rest[0].startswith("-"):
+            break
         name = rest.pop(0)
         if name not in node.members:
             raise InputError(f"{name}: no such command{_near(name, node)}; allowed: {', '.join(node.members)}")
@@ -158,6 +174,8 @@ def leaves(group: Group = TREE, program: str = PROGRAM) -> Iterator[tuple[str, L
     """All sub-commands below a group, each with its full name."""
     for name, member in group.members.items():
         if isinstance(member, Group):
+            if member.alone is not None:
+                yield f"{program} {name}", member.alone
             yield from leaves(member, f"{program} {name}")
         else:
             yield f"{program} {name}", member

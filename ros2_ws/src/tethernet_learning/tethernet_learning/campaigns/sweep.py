@@ -86,7 +86,15 @@ def winch_systems(system: System) -> dict[str, System]:
     return {**winches, **threads}
 
 
-def fly(variants: dict[str, tuple[System, Settings]], count: int, seed: int, folder: Path) -> dict[str, Summary] | None:
+def fly(
+    variants: dict[str, tuple[System, Settings]],
+    count: int,
+    seed: int,
+    folder: Path,
+    *,
+    first: int = 1,
+    total: int | None = None,
+) -> dict[str, Summary] | None:
     """Fly every variant, each into a file of its own; what is there already is not flown again.
 
     Args:
@@ -94,6 +102,8 @@ def fly(variants: dict[str, tuple[System, Settings]], count: int, seed: int, fol
         count: scenarios of each.
         seed: of the scenarios.
         folder: for the files.
+        first: number of the first variant, by which its file is named.
+        total: of so many, as progress is reported; None: as many as there are here.
 
     Returns:
         Statistics by name, or None when interrupted.
@@ -104,12 +114,12 @@ def fly(variants: dict[str, tuple[System, Settings]], count: int, seed: int, fol
     from tethernet_sim.scenario import Outcome
 
     found = {}
-    for number, (name, (system, settings)) in enumerate(variants.items(), start=1):
+    for number, (name, (system, settings)) in enumerate(variants.items(), start=first):
         cases = sources.random_positions(system, count, seed, settings.mission)
         source = {"name": "sweep", "variant": name, "seed": seed, "scenarios": count}
         file = folder / f"{system.name}_{number:02d}.csv"
         with Results(file, provenance.describe(source, cases, {system: settings})) as results:
-            print(f"{number} of {len(variants)}: {name}", file=sys.stderr)
+            print(f"{number} of {total or len(variants)}: {name}", file=sys.stderr)
             if not results.complete and not resume(results, cases, {system: settings}, CHUNK):
                 return None
             found[name] = summarise([rebuild(Outcome, row) for row in results.rows])

@@ -1,0 +1,1 @@
+"""The engine against others: analytic solutions, published set-ups, figures that the literature compares."""
