@@ -56,6 +56,8 @@ from typing import Any
 import mujoco
 import numpy as np
 
+from tethernet_core.system.option import family
+
 ROWS = 23  # knots per side
 MESH = 1.0  # [m]
 RADIUS, RHO, ZETA = 0.5e-3, 1390.0, 0.106  # [m], [kg/m^3], [-]
@@ -81,7 +83,7 @@ class Net:
 
     def __init__(self, mus: int, young: float):
         """Args:
-        mus: 4 or 8.
+        mus: number of units, as in a shipped system.
         young: modulus of the threads [Pa].
         """
         area = math.pi * RADIUS**2
@@ -324,7 +326,7 @@ def main(argv: list[str] | None = None) -> int:
     p.add_argument("--tend", type=float, default=25.0, help="simulated time, s")
     p.add_argument("--debris", type=float, nargs=3, default=(0.0, 0.0, -50.0), metavar=("X", "Y", "Z"))
     p.add_argument("--young", type=float, default=70e9, help="thread modulus, Pa")
-    p.add_argument("--mus", type=int, choices=(4, 8), default=8)
+    p.add_argument("--mus", type=int, choices=[system.unit_count for system in family()], default=8)
     p.add_argument("--out", help="write histories to this .npz file")
     p.add_argument("--integrator", choices=INTEGRATORS, default="Euler")
     p.add_argument("--threads", choices=THREADS, default="actuator")

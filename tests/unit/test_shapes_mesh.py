@@ -183,6 +183,30 @@ def test_bodies_apart_are_one_mesh(coarse):
     np.testing.assert_allclose(mesh.distance(np.array([1.0, 0.0, 0.0]))[0], 0.5, atol=0.87 * mesh.spacing_m)
 
 
+@pytest.mark.parametrize("outer", [trimesh.creation.box((3.0, 3.0, 3.0)), trimesh.creation.icosphere(2, 1.0)])
+def test_a_shell_inside_a_shell_is_refused(outer):
+    inner = trimesh.creation.box((0.5, 0.5, 0.5))
+    for first, second in ((outer, inner), (inner, outer)):  # whichever comes first in the file
+        both = trimesh.util.concatenate([first, second])
+        message = refused(both.vertices, both.faces)
+        assert f"the part of {len(inner.faces)} faces at" in message
+        assert f"lies inside the part of {len(outer.faces)} faces" in message
+        assert "leave the inner one out" in message
+
+
+def test_the_wall_of_a_cavity_is_refused_and_told_what_to_do():
+    outer, cavity = trimesh.creation.box((3.0, 3.0, 3.0)), trimesh.creation.box((1.0, 1.0, 1.0))
+    cavity.invert()
+    both = trimesh.util.concatenate([outer, cavity])
+    assert "the wall of a cavity is left out, and mass and inertia are given" in refused(both.vertices, both.faces)
+
+
+def test_a_body_in_the_hollow_of_another_is_outside_of_it(coarse):
+    ring, plug = trimesh.creation.annulus(2.0, 3.0, 1.0), trimesh.creation.box((1.0, 1.0, 0.5))
+    both = trimesh.util.concatenate([ring, plug])
+    assert Mesh(both.vertices, both.faces).volume_m3 == pytest.approx(ring.volume + plug.volume)
+
+
 def test_three_faces_at_an_edge_are_refused():
     box = trimesh.creation.box((1.0, 1.0, 1.0))
     vertices = np.concatenate([box.vertices, [[3.0, 0.0, 0.0]]])

@@ -10,16 +10,14 @@ import argparse
 import difflib
 import math
 import os
-import re
+import runpy
 from collections.abc import Iterable, Sequence
 from pathlib import Path
-from typing import NoReturn
+from typing import Any, NoReturn
 
 PROGRAM = "run_mission.py"
 SHIPPED_SYSTEMS = Path(__file__).resolve().parents[3] / "tethernet_core" / "tethernet_core" / "systems"
 """Folder of the shipped descriptions: their names are needed before the package that reads them is installed."""
-SHORT_NAME = re.compile(r"zenit_(\d+)mu")
-"""Systems that ``--mus N`` stands for."""
 MOST_UNITS = 24
 PACES = ("realtime", "lockstep")
 DISCOVERY_RANGES = ("localhost", "subnet")
@@ -163,8 +161,19 @@ def shipped_systems() -> tuple[str, ...]:
 
 def short_names(systems: Sequence[str]) -> dict[int, str]:
     """The numbers that ``--mus`` takes, and the systems that they stand for."""
-    found = {int(match.group(1)): name for name in systems if (match := SHORT_NAME.fullmatch(name))}
+    units_of = _short_names()["units_of"]
+    found = {units: name for name in systems if (units := units_of(name)) is not None}
     return dict(sorted(found.items()))
+
+
+def _short_names() -> dict[str, Any]:
+    """What :mod:`tethernet_core.short_names` defines, by its path where nothing is installed yet."""
+    path = SHIPPED_SYSTEMS.parent / "short_names.py"
+    if path.exists():
+        return runpy.run_path(str(path))
+    from tethernet_core import short_names
+
+    return vars(short_names)
 
 
 def _check_system(options: argparse.Namespace) -> None:
@@ -174,7 +183,7 @@ def _check_system(options: argparse.Namespace) -> None:
         count, names = _whole("--mus", options.mus), short_names(systems)
         if names and count not in names:
             raise UsageError(f"--mus {count}: no such system; allowed: {_or(names)}, or --system NAME|FILE")
-        name = names.get(count, f"zenit_{count}mu")
+        name = names.get(count, _short_names()["short_name"](count))
         if options.system not in (None, name):
             raise UsageError(
                 f"--mus {count} with --system {_cut(options.system)}: two systems; allowed: one of them, --mus {count} "

@@ -1,4 +1,4 @@
-"""Whether a triangle mesh bounds a body: closed, turned outward, nowhere through itself."""
+"""Whether a triangle mesh bounds a body: closed, turned outward, nowhere through itself, no part inside another."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ from .shape import ShapeError
 _FLAT = 1e-10
 """Smaller than this share of the mesh's size, an offset is none."""
 _BLOCK = 512
+_PROBES, _INSIDE = 16, 0.75  # vertices that are looked at; of the winding number, 1 inside and 0 outside
 _FIX = "repair the mesh (make it watertight, its normals outward)"
 
 
@@ -30,6 +31,7 @@ def check_surface(name: str, vertices: np.ndarray, faces: np.ndarray) -> None:
     _check_edges(name, vertices, faces)
     _check_sides(name, vertices, faces)
     _check_crossings(name, vertices, faces)
+    _check_nesting(name, vertices, faces)
 
 
 def _check_edges(name: str, vertices: np.ndarray, faces: np.ndarray) -> None:
@@ -61,8 +63,8 @@ def _check_edges(name: str, vertices: np.ndarray, faces: np.ndarray) -> None:
         )
 
 
-def _check_sides(name: str, vertices: np.ndarray, faces: np.ndarray) -> None:
-    """Each connected part has to enclose a volume that is not negative."""
+def _parts(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
+    """The connected part that each vertex belongs to: the smallest number of its vertices, shape (V,)."""
     part = np.arange(len(vertices))
     while True:  # the smallest number of a vertex spreads over its part
         least = part.copy()
@@ -71,8 +73,13 @@ def _check_sides(name: str, vertices: np.ndarray, faces: np.ndarray) -> None:
             np.minimum.at(least, faces[:, corner], lowest)
         least = least[least]
         if np.array_equal(least, part):
-            break
+            return part
         part = least
+
+
+def _check_sides(name: str, vertices: np.ndarray, faces: np.ndarray) -> None:
+    """Each connected part has to enclose a volume that is not negative."""
+    part = _parts(vertices, faces)
     middle = vertices.mean(axis=0)
     a, b, c = (vertices[faces[:, corner]] - middle for corner in range(3))
     sixfold = np.einsum("ij,ij->i", a, np.cross(b, c))
@@ -83,7 +90,48 @@ def _check_sides(name: str, vertices: np.ndarray, faces: np.ndarray) -> None:
             raise ShapeError(
                 f"{name}: the part of {int((of_part == number).sum())} faces at {_place(vertices[number])} is turned "
                 f"inside out (volume {volume:.4g} m^3); allowed: all faces counter-clockwise seen from outside; {_FIX}"
+                "; the wall of a cavity is left out, and mass and inertia are given"
             )
+
+
+def _check_nesting(name: str, vertices: np.ndarray, faces: np.ndarray) -> None:
+    """No part lies inside another: its volume would count twice, and nothing can touch it.
+
+    The surface does not go through itself (checked before), so that a part is inside as a whole or not at all.
+    """
+    part = _parts(vertices, faces)
+    of_part = part[faces[:, 0]]
+    numbers = np.unique(of_part)
+    if len(numbers) < 2:
+        return
+    members = {number: np.flatnonzero(part == number) for number in numbers}
+    low = {number: vertices[own].min(axis=0) for number, own in members.items()}
+    high = {number: vertices[own].max(axis=0) for number, own in members.items()}
+    for outer in numbers:
+        triangles = vertices[faces[of_part == outer]]
+        for inner in numbers:
+            if inner == outer or (low[inner] < low[outer]).any() or (high[inner] > high[outer]).any():
+                continue
+            own = members[inner]
+            some = vertices[own[:: max(1, len(own) // _PROBES)]]  # one may lie on the other's surface, not all
+            if max(_winding(point, triangles) for point in some) > _INSIDE:
+                raise ShapeError(
+                    f"{name}: the part of {int((of_part == inner).sum())} faces at {_place(vertices[inner])} lies "
+                    f"inside the part of {len(triangles)} faces at {_place(vertices[outer])}; allowed: bodies beside "
+                    "each other; leave the inner one out, nothing can touch it, and give mass and inertia of the whole"
+                )
+
+
+def _winding(point: np.ndarray, triangles: np.ndarray) -> float:
+    """How often closed triangles (N, 3, 3) go round a point: 1 inside, 0 outside.
+
+    The solid angle of a triangle is that of A. van Oosterom and J. Strackee, IEEE Trans. Biomed. Eng. 30 (1983).
+    """
+    a, b, c = (triangles[:, corner] - point for corner in range(3))
+    la, lb, lc = (np.linalg.norm(side, axis=1) for side in (a, b, c))
+    above = np.einsum("ij,ij->i", a, np.cross(b, c))
+    ab, bc, ca = (np.einsum("ij,ij->i", u, v) for u, v in ((a, b), (b, c), (c, a)))
+    return float(np.arctan2(above, la * lb * lc + ab * lc + bc * la + ca * lb).sum() / (2.0 * np.pi))
 
 
 def _check_crossings(name: str, vertices: np.ndarray, faces: np.ndarray) -> None:

@@ -5,12 +5,10 @@ from __future__ import annotations
 import argparse
 
 from ..errors import InputError
+from ..short_names import FAMILY, units_of
 from ..subcommand import whole_number
 from .loading import load_system, shipped_systems
 from .system import System
-
-FAMILY = "zenit_"
-"""Shipped systems that ``--mus`` chooses from: one net and one debris, flown by different numbers of units."""
 
 DEFAULT = "zenit_8mu"
 """The system that is taken where a command needs none to be named."""
@@ -100,5 +98,5 @@ def system_with_units(units: int) -> System:
 
 def family() -> list[System]:
     """The systems that ``--mus`` chooses from, in the order of their units."""
-    systems = [load_system(name) for name in shipped_systems() if name.startswith(FAMILY)]
+    systems = [load_system(name) for name in shipped_systems() if units_of(name) is not None]
     return sorted(systems, key=lambda system: system.unit_count)
