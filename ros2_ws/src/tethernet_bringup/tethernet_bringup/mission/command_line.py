@@ -108,6 +108,8 @@ def _fly(
     began: float,
 ) -> Flight:
     """Fly the mission; what comes of it goes into the record. The flight returned has yet to leave the graph."""
+    from concurrent.futures import ThreadPoolExecutor
+
     from tethernet_bringup.mission.conductor import Flight
     from tethernet_bringup.mission.dds_profile import use_profile, uses_profile
     from tethernet_bringup.mission.flight_plan import FlightPlan
@@ -120,7 +122,7 @@ def _fly(
     setup = setup.recorded_in(folder.bag, folder.run_info, folder.system)
     folder.parameters.write_text(setup.yaml(), encoding="utf-8")
     folder.run_info.write_text(json.dumps(_facts(setup, record.commit), indent=2) + "\n", encoding="utf-8")
-    for notice in (*options.notices, folder.shortage(), *stale_cards(setup)):
+    for notice in (*options.notices, folder.shortage()):
         if notice:
             display.note(f"note: {notice}")
     display.note(_banner(setup, options, folder))
@@ -144,9 +146,13 @@ def _fly(
         protected=protected,
         ask_recorder=sign_of_life(folder.path),
     )
-    with Supervisor(folder.logs, environment, setup.supervisor) as supervisor:
+    # Digests of a hundred source files take most of a second: found out while this process waits for the nodes.
+    with ThreadPoolExecutor(1) as beside, Supervisor(folder.logs, environment, setup.supervisor) as supervisor:
+        cards = beside.submit(stale_cards, setup)
         flight = Flight(plan, supervisor, interrupts, record, display, began)
         flight.fly()
+        for notice in filter(None, cards.result()):
+            display.note(f"note: {notice}")
     return flight
 
 
