@@ -10,7 +10,7 @@ from tethernet_sim.state import DEBRIS, State
 from tethernet_sim.validation.case import Case, Physics, Quantity, Result, relative
 from tethernet_sim.validation.stand import Stand, net_system
 
-FRICTION, GRAVITY_M_S2, MASS_KG, STEP_S = 0.3, 9.81, 1.0, 1e-4
+FRICTION, GRAVITY_M_S2, MASS_KG, STEP_S = 0.3, 9.81, 1.0, 5e-5
 HOLDING, SLIDING = 0.95, 1.5
 """Pull by what friction can bear."""
 RAMP_S = 0.2

@@ -73,7 +73,7 @@ def rest(physics: Physics) -> Result:
         panel.set_box_aspect((2, 2, 0.8), zoom=1.15)
         panel.view_init(elev=22, azim=-55)
         figure.colorbar(lines, ax=panel, label="tension [N]", shrink=0.6, pad=0.1)
-        panel.set_title("At rest, held at its six corners")
+        figure.suptitle("At rest, held at its six corners")
 
     return Result(quantities, draw)
 

@@ -72,6 +72,14 @@ def net_system(
     )
 
 
+def threads_touch(physics: Mapping[str, Any]) -> bool:
+    """Whether threads touch the debris between their knots, with these physical parameters.
+
+    An engine that has no choice of the contact lets knots touch alone.
+    """
+    return getattr(load(PhysicsParameters, dict(physics)), "contact", "knots") == "threads"
+
+
 def chain(points: npt.ArrayLike) -> np.ndarray:
     """Threads from each point to the next one, shape (N - 1, 2)."""
     numbers = np.arange(len(np.asarray(points)))
