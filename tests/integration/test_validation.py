@@ -39,7 +39,9 @@ def test_more_friction_multiplies_the_tension_by_more():
         pulled = capstan.pull(capstan.FINE_M, 48, {"friction_coefficient": friction})
         assert pulled.ratio == pytest.approx(math.exp(friction * pulled.angle), rel=0.01)
     assert capstan.polygon_ratio(0.3, math.radians(176.4), 6) == pytest.approx(2.576, abs=1e-3)
-    assert capstan.polygon_ratio(0.3, 3.0, 3000) == pytest.approx(math.exp(0.9), rel=1e-6)
+    for threads in (False, True):
+        assert capstan.polygon_ratio(0.3, 3.0, 3000, threads) == pytest.approx(math.exp(0.9), rel=1e-6)
+    assert capstan.polygon_ratio(0.3, 3.0, 6, threads=True) < math.exp(0.9) < capstan.polygon_ratio(0.3, 3.0, 6)
 
 
 def test_the_elastic_catenary_of_a_stiff_thread_is_the_common_one():
