@@ -24,6 +24,8 @@ from tethernet_sim.settings import PhysicsParameters
 from tethernet_sim.stability import largest_step_of
 
 NAME = "convergence"
+CHUNK = 8
+"""Missions that are flown, and kept, at a time: some rows take minutes for each."""
 _LARGEST_SHARE = 0.999
 """Of the largest stable step: the control period is a whole number of steps anyway."""
 
@@ -133,7 +135,7 @@ def run(options: argparse.Namespace) -> int:
     for name, (system, settings) in variants.items():
         flown = fly(
             {name: (system, settings)}, options.missions, options.seed, options.output, first=numbers[name],
-            total=len(ROWS),
+            total=len(ROWS), chunk=CHUNK,
         )  # fmt: skip
         if flown is None:
             return INTERRUPTED
@@ -155,8 +157,8 @@ def _add_arguments(parser: Parser) -> None:
 
 COMMAND = Subcommand(
     "Fly the same missions with other time steps, contact stiffness, friction, springs per thread, thread damping and "
-    "modulus, and put captures, pairs, CQI and fuel into one table. Each row that is flown is kept; interrupted, the "
-    "same command goes on.",
+    "modulus, and put captures, pairs, CQI and fuel into one table. What is flown is kept; interrupted, the same "
+    "command goes on.",
     ("--output convergence", "--missions 100 --system zenit_4mu --rows 'time step / 2' --output convergence"),
     run, _add_arguments,
     notes="With --rows some are flown, the table then holds these. A row whose step would be unstable takes the "

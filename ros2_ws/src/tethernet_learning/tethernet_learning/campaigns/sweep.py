@@ -94,6 +94,7 @@ def fly(
     *,
     first: int = 1,
     total: int | None = None,
+    chunk: int = CHUNK,
 ) -> dict[str, Summary] | None:
     """Fly every variant, each into a file of its own; what is there already is not flown again.
 
@@ -104,6 +105,7 @@ def fly(
         folder: for the files.
         first: number of the first variant, by which its file is named.
         total: of so many, as progress is reported; None: as many as there are here.
+        chunk: so many missions are flown, and kept, at a time.
 
     Returns:
         Statistics by name, or None when interrupted.
@@ -120,7 +122,7 @@ def fly(
         file = folder / f"{system.name}_{number:02d}.csv"
         with Results(file, provenance.describe(source, cases, {system: settings})) as results:
             print(f"{number} of {total or len(variants)}: {name}", file=sys.stderr)
-            if not results.complete and not resume(results, cases, {system: settings}, CHUNK):
+            if not results.complete and not resume(results, cases, {system: settings}, chunk):
                 return None
             found[name] = summarise([rebuild(Outcome, row) for row in results.rows])
     return found
