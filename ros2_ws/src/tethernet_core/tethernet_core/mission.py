@@ -24,11 +24,18 @@ class Phase(enum.IntEnum):
     COMPLETE = 4
     MISSED = 5
     ABORTED = 6
+    HOLDING = 7
+    """After CLOSING, where a hold test was asked for; its number is the newest, so that older bags keep theirs."""
 
     @property
     def over(self) -> bool:
         """True once nothing more can happen."""
-        return self >= Phase.COMPLETE
+        return self in (Phase.COMPLETE, Phase.MISSED, Phase.ABORTED)
+
+    @property
+    def under_way(self) -> bool:
+        """True from the launch until nothing more can happen."""
+        return self in (Phase.DEPLOYING, Phase.CLOSING, Phase.HOLDING)
 
 
 class Mode(enum.IntEnum):
@@ -78,6 +85,12 @@ class Mission:
     """Per MU: its whole docking group has docked, thrusters off from this time on [ns]; 0: not yet. Empty until one
     is.
     """
+    hold_ns: int = 0
+    """Start of the hold test, after the verdict [ns]; valid from HOLDING on."""
+    hold_end_ns: int = 0
+    """Its end [ns]; likewise."""
+    tow_n: float = 0.0
+    """Tension of the main tether that the chaser tows with in the hold test [N]; 0: it coasts."""
     reason: str = ""
     """Why missed or aborted."""
 

@@ -51,7 +51,7 @@ class MissionGate:
         Returns:
             True when it is the mission's state now.
         """
-        flying = self.mission.phase in (Phase.DEPLOYING, Phase.CLOSING)
+        flying = self.mission.phase.under_way
         if flying and mission.phase == Phase.ABORTED:
             self._remember(self._ended, self.mission.mission_id, None)
             self._count(mission.mission_id).take(mission.sequence)

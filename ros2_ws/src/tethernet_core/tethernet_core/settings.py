@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, ClassVar
 
-from tethernet_core.parameters import Shipped, field_types, load, parameter, read_yaml
+from tethernet_core.parameters import ParameterError, Shipped, field_types, load, parameter, read_yaml
 
 _CONFIG = Path(__file__).parent / "config"
 NANOSECOND_S = 1e-9
@@ -150,6 +150,14 @@ class MissionParameters:
         "Missed when the trigger has not come so long after launch", unit="s", low=1.0, high=1000.0
     )
     capture_duration_s: float = parameter("From the start of closing to the verdict", unit="s", low=1.0, high=1000.0)
+    hold_s: float = parameter(
+        "Hold test: the mission goes on so long after the verdict, units off, and says whether the debris is held; "
+        "0: it ends with the verdict", unit="s", low=0.0, high=1000.0,
+    )  # fmt: skip
+    tow_n: float = parameter(
+        "Hold test: the chaser thrusts away from the debris so that the main tether carries this tension once net and "
+        "debris follow steadily; 0: it coasts", unit="N", low=0.0, high=1000.0,
+    )  # fmt: skip
     closing_plan: str = parameter(
         "8 MUs: planned: where the MUs meet is chosen from the debris' attitude and the net's reach; "
         "fixed: one place behind the debris' centre, as in the paper",
@@ -217,6 +225,16 @@ class MissionParameters:
     debris_far_m: float = parameter(
         "Debris is planned for up to this distance, along -z", unit="m", low=1.0, high=1000.0
     )
+
+    def __post_init__(self) -> None:
+        """Raises:
+        ParameterError: for a tow without a hold test.
+        """
+        if self.tow_n > 0.0 and self.hold_s == 0.0:
+            raise ParameterError(
+                f"MissionParameters.tow_n = {self.tow_n:g} with hold_s = 0; allowed: hold_s above 0 too, because the "
+                "chaser tows while the hold is tested"
+            )
 
 
 def paper(cls: type[Shipped]) -> Shipped:

@@ -10,6 +10,7 @@ from dataclasses import asdict, dataclass
 from typing import Any
 
 from tethernet_core.parameters import ParameterError
+from tethernet_core.subcommand import number
 from tethernet_core.system import System
 from tethernet_core.system.changing import changed
 from tethernet_planner import policies
@@ -22,6 +23,7 @@ HELP = (
 SYSTEM = "system"
 """The part whose names are entries of a description."""
 METAVAR = "PART.NAME=VALUE"
+LONGEST_HOLD_S, HARDEST_TOW_N = 1000.0, 1000.0
 
 
 def add_flight(parser: argparse.ArgumentParser) -> None:
@@ -40,6 +42,25 @@ def add_parameters(parser: argparse.ArgumentParser, more: str = "") -> None:
         more: to be said in its help.
     """
     parser.add_argument("--set", nargs="+", action="extend", default=[], metavar=METAVAR, help=HELP + more)
+    add_hold(parser)
+
+
+def add_hold(parser: argparse.ArgumentParser) -> None:
+    """Add the options of the hold test: ``hold`` and ``tow``, None where they are not given."""
+    parser.add_argument(
+        "--hold", type=number(0.0, LONGEST_HOLD_S, "s"), metavar="S",
+        help="go on so long after the verdict and say whether the debris is held [s] (mission.hold_s); default 0: no",
+    )  # fmt: skip
+    parser.add_argument(
+        "--tow", type=number(0.0, HARDEST_TOW_N, "N"), metavar="N",
+        help="meanwhile the chaser tows with this steady tension of the main tether [N] (mission.tow_n); default 0: no",
+    )  # fmt: skip
+
+
+def replaced(options: argparse.Namespace) -> list[str]:
+    """Everything that the options of :func:`add_parameters` replace, as words for :func:`flights_of`."""
+    given = {"mission.hold_s": options.hold, "mission.tow_n": options.tow}
+    return [*options.set, *(f"{name}={value}" for name, value in given.items() if value is not None)]
 
 
 @dataclass(frozen=True)

@@ -62,6 +62,11 @@ class PlannerNode(Node):
     def __init__(self) -> None:
         super().__init__("planner", **NODE_OPTIONS)
         self._settings, control, self._rules = declare(self, *self.PARAMETERS)
+        if self._rules.hold_s > 0.0:
+            raise ParameterError(
+                f"MissionParameters.hold_s = {self._rules.hold_s:g}; allowed over ROS: 0; tethernet fly --hold flies "
+                "the test in process"
+            )
         self._period_ns = control.period_ns
         self._system = system = load_system(self._settings.system)
         try:

@@ -4,9 +4,7 @@ nodes.
 
 from __future__ import annotations
 
-import dataclasses
 import functools
-import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -15,7 +13,6 @@ from typing import Any
 import numpy as np
 
 from tethernet_control.law_numbers import law_numbers
-from tethernet_core.capture_quality import captured, deciding, hull_quality, mouth_area, verdict
 from tethernet_core.mission import Mission, Phase, arm, launch, seconds_between
 from tethernet_core.parameters import ParameterError, load
 from tethernet_core.settings import NANOSECOND_S, ControlParameters, MissionParameters, paper_values
@@ -24,6 +21,7 @@ from tethernet_planner.closing_situation import ClosingSituation, closing_situat
 from tethernet_planner.mission_rules import advance
 from tethernet_planner.plan_ahead import PlanAhead
 from tethernet_sim.failure import MuFailure
+from tethernet_sim.judging import Judge, Spent
 from tethernet_sim.kernels import control as control_kernels
 from tethernet_sim.scenario import Outcome, Scenario, default_system, described
 from tethernet_sim.sensors import OdometryNoise
@@ -172,6 +170,7 @@ class _Flight:
             settings.physics,
             settings.control,
         )
+        self.judge = Judge(self.world, scenarios)
         self.missions = [launch(arm(Mission(mus), s.debris_position, ""), 0) for s in scenarios]
         self.ahead = [PlanAhead(system, settings.mission) for _ in scenarios]
         self.noise = [OdometryNoise(s.seed, mus, settings.control) for s in scenarios]
@@ -216,7 +215,7 @@ class _Flight:
                 if at_trigger:
                     at_trigger(self.world, b)
                 if stop_at_trigger:
-                    self.outcomes[b] = self._outcome_at_trigger(b, stamp_ns)
+                    self.outcomes[b] = self.judge.at_trigger(b, stamp_ns, self.missions[b], self._spent(b))
             flying = np.array([b for b in flying if int(b) not in self.outcomes], dtype=int)
             if not len(flying):
                 break
@@ -226,6 +225,7 @@ class _Flight:
             flying = self._decide(flying, stamp_ns)
             fired = self._fired(flying, stamp_ns)
             self.world.advance(fired, flying)
+            self.judge.loads.look(flying)
             control_kernels.book_fuel(
                 flying,
                 fired,
@@ -245,7 +245,7 @@ class _Flight:
             if mission.closing and stamp_ns == mission.closing_ns:
                 self.world.begin_closing(b)
                 self.fuel_at_trigger[b] = self.fuel[b]
-                self.mouth[b] = self._mouth_area(b)
+                self.mouth[b] = self.judge.mouth_area(b)
                 if not mission.closing_points and not mission.units_fly_on:
                     self.off[b] = True
                 begun.append(b)
@@ -317,8 +317,9 @@ class _Flight:
             if diverged:
                 self.outcomes[b] = self._outcome(b, stamp_ns, error=divergence(seconds_between(0, stamp_ns)))
                 continue
+            before = self.missions[b]
             self.missions[b] = advance(
-                self.missions[b],
+                before,
                 self.system,
                 stamp_ns,
                 self.world.net_center(b),
@@ -329,58 +330,32 @@ class _Flight:
                 functools.partial(self._look, b, stamp_ns),
                 self.ahead[b],
             )
-            if self.missions[b].phase.over:
-                self.outcomes[b] = self._outcome(b, stamp_ns)
-            else:
-                going_on.append(b)
+            mission = self.missions[b]
+            if mission.phase.over:
+                tested = before.phase == Phase.HOLDING
+                self.outcomes[b] = self._after_hold(b) if tested else self._outcome(b, stamp_ns)
+                continue
+            if mission.phase == Phase.HOLDING:
+                self._hold(b, stamp_ns)
+            going_on.append(b)
         return np.array(going_on, dtype=int)
 
-    def _mouth_area(self, b: int) -> float | None:
-        area = mouth_area(self.world.mus_as_published(b), self.system, self.world.knots_as_published(b))
-        return None if math.isnan(area) else area
-
-    def _outcome_at_trigger(self, b: int, stamp_ns: int) -> Outcome:
-        unknown = float("nan")
-        return dataclasses.replace(
-            self._outcome(b, stamp_ns, "flown to the start of closing only"),
-            verdict="flown to the start of closing only",
-            error="",
-            cqi=unknown,
-            cqi_all=unknown,
-            stopped_at_trigger=True,
-        )
+    def _spent(self, b: int) -> Spent:
+        return Spent(self.fuel[b], self.fuel_at_trigger[b], self.mouth[b], float(self.largest_error[b]))
 
     def _outcome(self, b: int, stamp_ns: int, error: str = "") -> Outcome:
-        scenario, mission, system = self.scenarios[b], self.missions[b], self.system
-        missed = mission.phase == Phase.MISSED
-        locked = int(self.world.state.locked[b].sum())
-        cqi = cqi_all = distance = float("nan")
-        if not error:
-            hull = hull_quality(
-                self.world.knots_as_published(b),
-                self.world.mus_as_published(b),
-                self.world.net_center(b),
-                self.world.debris_position(b),
-                system,
-                self.world.net_center_all(b),
-            )
-            cqi, cqi_all, distance = hull.cqi, hull.cqi_all, hull.distance
-        decides = deciding(cqi, cqi_all, system)
-        return Outcome(
-            captured=not error and not missed and captured(decides, locked, system),
-            verdict=f"error: {error}" if error else verdict(decides, locked, system, mission.reason if missed else ""),
-            cqi=cqi,
-            cqi_all=cqi_all,
-            locked_pairs=locked,
-            trigger_time_s=seconds_between(0, mission.closing_ns) if mission.closing else None,
-            end_time_s=seconds_between(0, stamp_ns),
-            fuel_kg=tuple(self.fuel[b].tolist()),
-            fuel_at_trigger_kg=tuple((self.fuel_at_trigger[b] if mission.closing else self.fuel[b]).tolist()),
-            mouth_area_m2=self.mouth[b],
-            net_debris_distance_m=distance,
-            max_tracking_error_m=float(self.largest_error[b]) if scenario.mus else float("nan"),
-            seed=scenario.seed,
-            mus=scenario.mus,
-            system=system.name,
-            error=error,
-        )
+        """The end of a mission that has no hold test, or does not get through it."""
+        rules = self.settings.mission
+        outcome = self.judge.outcome(b, stamp_ns, self.missions[b], self._spent(b), error)
+        return self.judge.never_held(outcome, rules.hold_s, rules.tow_n)
+
+    def _after_hold(self, b: int) -> Outcome:
+        return self.judge.after_hold(b, self.settings.mission.hold_s, self.settings.mission.tow_n)
+
+    def _hold(self, b: int, stamp_ns: int) -> None:
+        """A control tick of a hold test, the one of the verdict included."""
+        mission = self.missions[b]
+        if stamp_ns < mission.hold_ns:
+            self.judge.begin_hold(b, self.judge.outcome(b, stamp_ns, mission, self._spent(b)))
+        else:
+            self.world.tow(b, mission.tow_n)

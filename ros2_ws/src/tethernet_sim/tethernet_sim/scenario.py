@@ -176,6 +176,27 @@ class Outcome:
     """Number of units."""
     system: str = field(default="", kw_only=True)
     """Name of the system."""
+    mcqi: float = field(default=math.nan, kw_only=True)
+    """Modified Capture Quality Index at the verdict, see :mod:`tethernet_core.modified_quality`."""
+    enclosed: bool | None = field(default=None, kw_only=True)
+    """Whether the closed net goes round the whole debris at the verdict; None where the flight ended before."""
+    held: bool | None = field(default=None, kw_only=True)
+    """Whether it held, see :func:`tethernet_core.hold.held`; None without a hold test. False where the mission
+    did not get as far.
+    """
+    hold_verdict: str | None = field(default=None, kw_only=True)
+    """One sentence on that; None without a hold test."""
+    hold_s: float = field(default=0.0, kw_only=True)
+    """Length of the hold test [s]; 0 without one."""
+    tow_n: float = field(default=0.0, kw_only=True)
+    """Steady tension that the chaser towed with meanwhile [N]; 0: it coasted."""
+    max_load_share: float = field(default=math.nan, kw_only=True)
+    """Largest tension of a thread of net, units or main tether over its strength, launch to end, the hold test
+    included [-]; looked at at every control tick, see :class:`tethernet_sim.loads.Loads`. NaN where no strength is
+    known.
+    """
+    max_contact_force_n: float = field(default=math.nan, kw_only=True)
+    """Largest contact force on the debris, mean over a control period [N]."""
     error: str = ""
     """Why the simulation itself failed, if it did."""
     stopped_at_trigger: bool = False

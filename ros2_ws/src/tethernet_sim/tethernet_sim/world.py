@@ -83,6 +83,24 @@ class World:
         commands = Commands(thrust, self.external, self.target_pos, self.target_vel, self.chaser_force)
         self.engine.advance(self.state, commands, self.steps * self.model.numbers.time_step, chosen)
 
+    def tow(self, index: int, tension: float) -> None:
+        """Let the chaser of one scenario thrust straight away from the debris, in the next period.
+
+        The thrust is such that the main tether carries the tension once everything accelerates as one:
+        ``F = tension (m_chaser + m_towed) / m_towed`` with net, units and debris towed. No controller holds the
+        tension: while the tether is slack the chaser gathers speed, and when it becomes taut it jerks.
+
+        Args:
+            index: of the scenario.
+            tension: steady tension of the main tether [N]; 0: no thrust.
+        """
+        arrays, chaser = self.model.arrays, self.model.numbers.chaser_mass
+        towed = float(arrays.knot_mass.sum() + arrays.mu_mass.sum()) + self.model.debris.mass
+        bodies = self.state.bodies[index]
+        away = bodies[CHASER, POSITION] - bodies[DEBRIS, POSITION]
+        distance = math.sqrt(float(away[0]) ** 2 + float(away[1]) ** 2 + float(away[2]) ** 2)
+        self.chaser_force[index] = tension * (chaser + towed) / towed / max(distance, 1e-9) * away
+
     def diverged(self, chosen: np.ndarray) -> np.ndarray:
         """Which simulations have broken down: a number is not finite, or no body can be so far off or so fast.
 

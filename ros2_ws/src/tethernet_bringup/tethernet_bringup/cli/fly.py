@@ -27,7 +27,7 @@ FARTHEST = 1e6
 def run(options: argparse.Namespace) -> int:
     """Fly, print, write."""
     system = chosen_system(options)
-    flights = flight_settings.flights_of(options.set, [system], options.control == "paper")
+    flights = flight_settings.flights_of(flight_settings.replaced(options), [system], options.control == "paper")
     if options.json is not None and not options.json.absolute().parent.is_dir():
         raise InputError(f"--json {options.json}: its folder does not exist")
     [case] = aim([Case(_scenario(options, system), "fly")], options.policy)
@@ -69,10 +69,20 @@ def _report(outcome: Outcome, policy: str) -> str:
     if outcome.trigger_time_s is not None:
         times += f"; the net closed from {outcome.trigger_time_s:.1f} s on"
     lines = [f"{'CAPTURED' if outcome.captured else 'NOT CAPTURED'}   {outcome.verdict}"]
+    if outcome.held is not None:
+        how = f"{outcome.hold_s:g} s after the verdict" + (f", towed with {outcome.tow_n:g} N" if outcome.tow_n else "")
+        lines.append(f"{'HELD' if outcome.held else 'NOT HELD'}   {outcome.hold_verdict} ({how})")
     rows = [
         ("end", times),
         ("locked pairs", str(outcome.locked_pairs)),
         ("CQI", f"{outcome.cqi:.2f} (units counted: {outcome.cqi_all:.2f})"),
+        ("MCQI", f"{outcome.mcqi:.2f}"),
+        ("enclosed", "the closed net goes round the whole debris" if outcome.enclosed else "no"),
+        (
+            "largest loads",
+            f"{100.0 * outcome.max_load_share:.1f} % of a thread's strength, "
+            f"{outcome.max_contact_force_n:.0f} N of contact on the debris",
+        ),
         ("net to debris", f"{outcome.net_debris_distance_m:.2f} m between the centres of mass"),
     ]
     if outcome.fuel_kg:

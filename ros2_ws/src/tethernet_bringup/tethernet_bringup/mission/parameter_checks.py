@@ -72,6 +72,16 @@ def check_flight_time(built: Mapping[str, list[Any]], sources: Sources) -> None:
                 )
 
 
+def check_hold(built: Mapping[str, list[Any]], sources: Sources) -> None:
+    """A hold test is flown in process alone: the nodes' messages do not tell of one yet."""
+    rules = next(instance for instance in built[PLANNER] if isinstance(instance, MissionParameters))
+    if rules.hold_s > 0.0:
+        source = sources.get((PLANNER, "hold_s"), f"{PLANNER}: ")
+        raise MissionParametersError(
+            f"{source}hold_s = {rules.hold_s:g} s; allowed over ROS: 0; tethernet fly --hold flies the test in process"
+        )
+
+
 def _plain(value: Any) -> Any:
     """Numbers without a decimal point that says nothing: 10 and 10.0 are the same rule."""
     return int(value) if isinstance(value, float) and value.is_integer() else value

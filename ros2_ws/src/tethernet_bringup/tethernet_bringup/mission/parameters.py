@@ -20,6 +20,7 @@ from tethernet_bringup.mission.parameter_checks import (
     MissionParametersError,
     Values,
     check_flight_time,
+    check_hold,
     check_physics,
     check_recording,
     check_shared,
@@ -134,6 +135,7 @@ def resolve(options: argparse.Namespace) -> MissionSetup:
     check_shared(values)
     check_recording(values[RECORDER]["extra_topics"], system, sources)
     check_flight_time(built, sources)
+    check_hold(built, sources)
     models = check_models(values, system, sources)
     scenario = next(instance for instance in built[SIM] if isinstance(instance, ScenarioParameters))
     rules = next(instance for instance in built[PLANNER] if isinstance(instance, MissionParameters))

@@ -64,7 +64,11 @@ def _content(hardware: Hardware) -> dict[str, Any]:
             "cqi": _numbers(debris.given_volume_m3, debris.given_area_m2, debris.given_length_m),
         },
         "chaser": _numbers(hardware.chaser.mass_kg, hardware.chaser.side_m),
-        "tether": _numbers(hardware.tether.stiffness_n_m, hardware.tether.damping_n_s_m),
+        # A strength counts only where it is given, so that systems described before there was one keep their number.
+        "tether": _numbers(
+            hardware.tether.stiffness_n_m, hardware.tether.damping_n_s_m,
+            *([] if hardware.tether.strength_n is None else [hardware.tether.strength_n]),
+        ),
         "capture": [
             hardware.capture.required_locked_pairs,
             hardware.capture.center_of_mass,

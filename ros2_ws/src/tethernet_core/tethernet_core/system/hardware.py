@@ -51,6 +51,14 @@ class Hardware:
         """Nodes and units."""
         return self.net.node_count + self.unit_count
 
+    @property
+    def tether_strength_n(self) -> float | None:
+        """Tension at which the main tether breaks [N]: as described, or that of a thread of the net; None where neither
+        is known.
+        """
+        given = self.tether.strength_n
+        return self.net.material.strength_n if given is None else given
+
     @functools.cached_property
     def unit_reach_m(self) -> np.ndarray:
         """Length of flat net and thread from the central node to each unit [m], shape (M,)."""

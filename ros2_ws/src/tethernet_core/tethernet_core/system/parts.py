@@ -293,6 +293,10 @@ class Tether:
 
     stiffness_n_m: float = entry("Stiffness, locked", unit="N/m", low=0.0, high=1e5)
     damping_n_s_m: float = entry("Damping, locked", unit="N s/m", low=0.0, high=100.0)
+    strength_n: float | None = entry(
+        "Tension at which it breaks", unit="N", low=1e-3, high=1e7, default=None,
+        default_text="that of a thread of the net [A: the weaker part decides]",
+    )  # fmt: skip
 
 
 @dataclass(frozen=True)

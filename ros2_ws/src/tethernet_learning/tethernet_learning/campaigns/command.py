@@ -27,7 +27,7 @@ from tethernet_learning.campaigns.errors import CampaignError
 from tethernet_learning.campaigns.flown_systems import FlownSystems
 from tethernet_learning.campaigns.results import Results
 from tethernet_learning.campaigns.run import resume
-from tethernet_learning.flight_settings import Flights, flights_of, settings_by_system
+from tethernet_learning.flight_settings import Flights, flights_of, replaced, settings_by_system
 from tethernet_planner import policies
 from tethernet_sim.fly import Settings
 
@@ -65,7 +65,7 @@ def _of_file(options: argparse.Namespace) -> tuple[list[Case], Flights, dict[str
     cases = scenario_file.read(options.scenarios, [load_system(name) for name in options.system])
     cases = sorted(cases, key=lambda case: (case.scenario.mus, case.scenario.system.name))
     systems = dict.fromkeys(case.scenario.system for case in cases)
-    return cases, flights_of(options.set, systems, options.control == "paper"), {"name": "file"}
+    return cases, flights_of(replaced(options), systems, options.control == "paper"), {"name": "file"}
 
 
 def _of_seed(
@@ -74,7 +74,7 @@ def _of_seed(
     make: Callable[[System, argparse.Namespace, Settings], list[Case]],
     options: argparse.Namespace,
 ) -> tuple[list[Case], Flights, dict[str, Any]]:
-    flights = flights_of(options.set, chosen_systems(options), options.control == "paper")
+    flights = flights_of(replaced(options), chosen_systems(options), options.control == "paper")
     source = {"name": name, **{option: getattr(options, option) for option in options_told}}
     return [case for system, f in flights.items() for case in make(system, options, f.settings)], flights, source
 

@@ -20,6 +20,10 @@ def records(cases: Sequence[Case], outcomes: Sequence[Outcome], system: System) 
     return {
         "success_rate": summary.success.value,
         "success_rate_95": _interval(summary.success),
+        "held_rate": _value(summary.held),
+        "held_rate_95": _interval(summary.held),
+        "enclosed_rate": summary.enclosed.value,
+        "both_cqi_rate": sum(tight(o.cqi, system) and tight(o.cqi_all, system) for o in outcomes) / len(outcomes),
         "fuel_per_mu_kg": _value(summary.fuel_kg),
         "fuel_per_mu_kg_95": _interval(summary.fuel_kg),
         "fuel_at_trigger_per_mu_kg": _value(summary.fuel_at_trigger_kg),
@@ -28,6 +32,9 @@ def records(cases: Sequence[Case], outcomes: Sequence[Outcome], system: System) 
         "cqi_below_threshold": sum(tight(outcome.cqi, system) for outcome in outcomes),
         "cqi_all_mean": summary.cqi_all,
         "cqi_all_below_threshold": sum(tight(outcome.cqi_all, system) for outcome in outcomes),
+        "mcqi_mean": summary.mcqi,
+        "max_load_share": summary.load_share,
+        "max_contact_force_n": summary.contact_force_n,
         "errors": summary.errors,
         "scenarios": [
             {"scenario": case.scenario.record(), "outcome": asdict(outcome)}

@@ -18,8 +18,8 @@ GROUPED_BY = ("system", "policy", "group")
 NEEDED = ("mus", "policy", "group", "captured", "locked_pairs", "cqi")
 """Without these it is no outcomes file."""
 HEAD = (
-    "missions", "captured %", "fuel per MU, g", "to the trigger, g", "CQI", "CQI, MUs counted", "errors",
-    "locked pairs: missions",
+    "missions", "captured %", "held %", "enclosed %", "fuel per MU, g", "to the trigger, g", "CQI", "CQI, MUs counted",
+    "MCQI", "largest load, % of strength", "errors", "locked pairs: missions",
 )  # fmt: skip
 
 
@@ -72,9 +72,12 @@ def _cells(summary: Summary) -> tuple[str, ...]:
     return (
         str(summary.count),
         _between(summary.success, 100.0, 1),
+        _between(summary.held, 100.0, 1),
+        _between(summary.enclosed, 100.0, 1),
         _between(summary.fuel_kg, 1e3, 2),
         _between(summary.fuel_at_trigger_kg, 1e3, 2),
-        *("-" if value is None else f"{value:.2f}" for value in (summary.cqi, summary.cqi_all)),
+        *("-" if value is None else f"{value:.2f}" for value in (summary.cqi, summary.cqi_all, summary.mcqi)),
+        "-" if summary.load_share is None else f"{100.0 * summary.load_share:.1f}",
         str(summary.errors),
         ", ".join(f"{pairs}: {count}" for pairs, count in summary.locked_pairs.items()),
     )

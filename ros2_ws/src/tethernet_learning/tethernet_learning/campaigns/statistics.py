@@ -43,6 +43,16 @@ class Summary:
     """Mean settled CQI of the missions that have one, with the knots' centre of mass."""
     cqi_all: float | None
     """The same with the MUs counted."""
+    mcqi: float | None
+    """Mean modified CQI."""
+    enclosed: Estimate
+    """Round whose whole debris the closed net goes at the verdict, of all."""
+    held: Estimate | None
+    """Held of all; None without a hold test. A mission that did not get as far counts as not held."""
+    load_share: float | None
+    """Largest tension of any thread over its strength, of all missions."""
+    contact_force_n: float | None
+    """Largest contact force on the debris [N], of all missions."""
     locked_pairs: dict[int, int]
     """How often so many pairs were locked."""
 
@@ -90,7 +100,8 @@ def summarise(outcomes: Sequence[Outcome]) -> Summary:
     """
     good = [outcome for outcome in outcomes if not outcome.error]
     captured = sum(outcome.captured for outcome in outcomes)
-    cqi, cqi_all = (mean([getattr(outcome, name) for outcome in good]) for name in ("cqi", "cqi_all"))
+    cqi, cqi_all, mcqi = (mean([getattr(outcome, name) for outcome in good]) for name in ("cqi", "cqi_all", "mcqi"))
+    tested = any(outcome.hold_s > 0.0 for outcome in outcomes)
     return Summary(
         count=len(outcomes),
         captured=captured,
@@ -100,5 +111,15 @@ def summarise(outcomes: Sequence[Outcome]) -> Summary:
         fuel_at_trigger_kg=mean([float(np.mean(outcome.fuel_at_trigger_kg)) for outcome in good if outcome.fuel_kg]),
         cqi=None if cqi is None else cqi.value,
         cqi_all=None if cqi_all is None else cqi_all.value,
+        mcqi=None if mcqi is None else mcqi.value,
+        enclosed=share(sum(outcome.enclosed is True for outcome in outcomes), len(outcomes)),
+        held=share(sum(outcome.held is True for outcome in outcomes), len(outcomes)) if tested else None,
+        load_share=_largest([outcome.max_load_share for outcome in outcomes]),
+        contact_force_n=_largest([outcome.max_contact_force_n for outcome in outcomes]),
         locked_pairs=dict(sorted(Counter(outcome.locked_pairs for outcome in outcomes).items())),
     )
+
+
+def _largest(values: Sequence[float]) -> float | None:
+    known = [value for value in values if math.isfinite(value)]
+    return max(known, default=None)

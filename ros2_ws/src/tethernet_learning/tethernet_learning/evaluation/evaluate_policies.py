@@ -11,11 +11,12 @@ from pathlib import Path
 from typing import Any
 
 from tethernet_core import atomic_file
-from tethernet_core.subcommand import Parser, Subcommand, whole_number
+from tethernet_core.subcommand import Parser, Subcommand, number, whole_number
 from tethernet_core.system import System
 from tethernet_core.system.option import add_systems, chosen_systems
 from tethernet_learning import flight_settings, measured, workers
 from tethernet_learning.campaigns import pictures, tables
+from tethernet_learning.campaigns.arguments import FASTEST_DEG_S
 from tethernet_learning.campaigns.cases import outcome_columns, row
 from tethernet_learning.campaigns.progress import Progress
 from tethernet_learning.campaigns.records import plain
@@ -23,6 +24,7 @@ from tethernet_learning.evaluation import report as evaluation_report
 from tethernet_learning.evaluation.policy_scores import Evaluated, as_json, contenders, evaluate
 from tethernet_learning.flight_digest import flight_digest
 from tethernet_learning.flight_settings import fingerprints, settings_by_system
+from tethernet_learning.random_scenarios import Turned
 from tethernet_learning.seeds import Purpose
 from tethernet_planner import policies
 from tethernet_planner.inference import model_file, shipped_models
@@ -35,7 +37,7 @@ RESULT, REPORT, PLOT, ROWS = "evaluation.json", "report.md", "fuel.png", "outcom
 
 def run(options: argparse.Namespace) -> None:
     """Fly, print the table, write the files."""
-    flights = flight_settings.flights_of(options.set, chosen_systems(options))
+    flights = flight_settings.flights_of(flight_settings.replaced(options), chosen_systems(options))
     chosen = contenders(options.policy, list(flights))
     options.output.mkdir(parents=True, exist_ok=True)
     _run(options, flights, chosen)
@@ -51,12 +53,15 @@ def _run(options: argparse.Namespace, flights: flight_settings.Flights, chosen: 
     def tell(outcomes: Sequence[Outcome]) -> None:
         progress.add(len(outcomes), sum(bool(outcome.error) for outcome in outcomes))
 
-    evaluated = evaluate(chosen, options.scenarios, options.seed, flights, options.chunk, options.cluster, tell)
+    turned = Turned(options.attitude == "random", options.tumble_rate)
+    evaluated = evaluate(chosen, options.scenarios, options.seed, flights, options.chunk, options.cluster, tell, turned)
     facts = {
         "scenarios": options.scenarios,
         "stream": Purpose.POLICY_EVALUATION.name,
         "seed": options.seed,
-        "set": list(options.set),
+        "attitude": options.attitude,
+        "tumble_rate_deg_s": options.tumble_rate,
+        "set": flight_settings.replaced(options),
         "flight_digest": flight_digest(),
         "flight_parameters": fingerprints(settings_by_system(flights)),
         "commit": model_file.commit(),
@@ -100,6 +105,14 @@ def _add_arguments(parser: Parser) -> None:
         "for; the nominal points fly in any case, and alone with --policy nominal",
     )  # fmt: skip
     flight_settings.add_parameters(parser, "; for the nominal points and every policy alike")
+    add(
+        "--attitude", choices=("default", "random"), default="default",
+        help="of the debris at launch: default (long axis along the net's diagonal) or random",
+    )  # fmt: skip
+    add(
+        "--tumble-rate", type=number(0.0, FASTEST_DEG_S, "deg/s"), default=0.0, metavar="DEG_S",
+        help="the debris turns so fast about a random axis [deg/s]; default 0",
+    )  # fmt: skip
     positive = whole_number(1)
     add("--scenarios", type=positive, default=100, metavar="N", help="for each system and policy, default 100")
     add(

@@ -16,7 +16,7 @@ from tethernet_learning.campaigns.statistics import Estimate
 from tethernet_learning.evaluation.comparison import Comparison, compare
 from tethernet_learning.flight_settings import Flights, settings_by_system
 from tethernet_learning.paper_figures import PAPER
-from tethernet_learning.random_scenarios import random_scenarios
+from tethernet_learning.random_scenarios import STILL, Turned, random_scenarios
 from tethernet_learning.seeds import Purpose
 from tethernet_planner import policies
 from tethernet_planner.inference import shipped_models
@@ -82,6 +82,7 @@ def evaluate(
     chunk: int = CHUNK,
     cluster: str | None = None,
     progress: Callable[[Sequence[Outcome]], None] = lambda _: None,
+    turned: Turned = STILL,
 ) -> list[Evaluated]:
     """Fly every policy on the scenarios of the stream that is kept for this.
 
@@ -93,9 +94,10 @@ def evaluate(
         chunk: so many missions at a time.
         cluster: see :func:`tethernet_learning.workers.run`.
         progress: gets the outcomes that have come.
+        turned: how the debris lies and turns.
     """
     aimed = {
-        system: {name: as_flown(_cases(system, name, count, seed), flights) for name in names}
+        system: {name: as_flown(_cases(system, name, count, seed, turned), flights) for name in names}
         for system, names in chosen.items()
     }
     all_cases = [case for by_policy in aimed.values() for cases in by_policy.values() for case in cases]
@@ -112,8 +114,8 @@ def evaluate(
     ]
 
 
-def _cases(system: System, policy: str, count: int, seed: int) -> list[Case]:
-    scenarios = random_scenarios(system, Purpose.POLICY_EVALUATION, seed, 0, count)
+def _cases(system: System, policy: str, count: int, seed: int, turned: Turned) -> list[Case]:
+    scenarios = random_scenarios(system, Purpose.POLICY_EVALUATION, seed, 0, count, turned)
     return aim([Case(scenario, GROUP) for scenario in scenarios], policy)
 
 

@@ -61,6 +61,8 @@ def _column(e: Evaluated, name: str, against: Comparison | None) -> dict[str, st
     fallen_back = sum(case.policy == FALLBACK for case in e.cases[name])
     column = {
         "captured, %": _text(summary.success, 100.0, 1),
+        "held, %": _text(summary.held, 100.0, 1),
+        "the closed net goes round all of the debris at the verdict, %": _text(summary.enclosed, 100.0, 1),
         "fuel per MU, g": _text(summary.fuel_kg, _G, 2),
         "of it until the trigger, g": _text(summary.fuel_at_trigger_kg, _G, 2),
         "less fuel than nominal, mean of pairs, %": "-",
@@ -68,6 +70,8 @@ def _column(e: Evaluated, name: str, against: Comparison | None) -> dict[str, st
         "captured by both / nominal only / this only / neither": "-",
         "CQI, mean; below the threshold": _quality(e, name, "cqi"),
         "CQI with the MUs counted, mean; below the threshold": _quality(e, name, "cqi_all"),
+        "MCQI, mean": "-" if summary.mcqi is None else f"{summary.mcqi:.2f}",
+        "largest load, % of strength": "-" if summary.load_share is None else f"{100.0 * summary.load_share:.1f}",
         "locked pairs: missions": ", ".join(f"{pairs}: {n}" for pairs, n in summary.locked_pairs.items()),
         "in error; nominal points instead": f"{summary.errors}; {fallen_back}",
     }
