@@ -42,7 +42,8 @@ def make_model(
     numbers = Numbers(
         knots=nodes, center_node=center, time_step=time_step, chaser_mass=500.0, chaser_inertia=200.0,
         tether_anchor=-0.5, tether_stiffness=100.0, tether_damping=0.1, contact_stiffness=1e3, friction=0.5,
-        knot_radius=0.05, mu_radius=0.1, winch_speed=0.5, winch_tension=10.0, winch_stiffness=2500.0,
+        knot_radius=0.05, mu_radius=0.1, contact_damping_ratio=0.1, open_segments=0, half_longest=0.0,
+        winch_speed=0.5, winch_tension=10.0, winch_stiffness=2500.0,
         joint_stiffness=1e3, joint_draw_in=0.1, joint_pull=50.0, docking_distance=0.3,
     )  # fmt: skip
     arrays = Arrays(
@@ -65,6 +66,10 @@ def make_model(
         winch_begin=np.searchsorted(pair_winch, np.arange(winches + 1)) if winches else np.zeros(1, np.int64),
         joint_damping=np.full(len(pairs), 1.0),
         contact_damping=2.0 * 0.1 * np.sqrt(1e3 * masses),
+        segments=np.zeros((0, 2), np.int64),
+        segment_radius=np.zeros(0),
+        segment_stiffness=np.zeros(0),
+        inverse_mass=1.0 / masses,
     )
     debris = CylinderBody(mass=100.0, across=50.0, along=30.0, radius=0.4, half_length=0.5)
     return Model(numbers, arrays, debris, grid)
@@ -92,7 +97,7 @@ def flat_state(model: Model, positions: np.ndarray | None = None, debris=(0.0, 0
         mu_pos=np.repeat(mu_pos[None], batch, axis=0),
         mu_vel=np.zeros((batch, units, 3)),
         bodies=bodies,
-        bristle=np.zeros((batch, positions.shape[1] + units, 3)),
+        bristle=np.zeros((batch, model.contact_count, 3)),
         closing=np.zeros(batch, bool),
         tether_length=np.zeros(batch),
         pair_length=np.zeros((batch, pairs)),

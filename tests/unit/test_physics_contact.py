@@ -28,7 +28,7 @@ def push(position, velocity, bristle=(0.0, 0.0, 0.0), rate=(0.0, 0.0, 0.0)):
     """Force on one knot near a debris at the origin with identity attitude; None when it does not touch."""
     work = np.zeros((contact.ROWS, contact.BLOCK))
     work[:9, 0] = *position, *velocity, *bristle
-    work[12:, 0] = N.knot_radius, DAMPING[INTERIOR]
+    work[12:, 0] = N.knot_radius, DAMPING[INTERIOR], 1.0, 1.0
     debris = np.zeros(13)
     debris[9] = 1.0
     touching = contact.contact_forces(
@@ -192,11 +192,12 @@ def test_all_contacts_at_once_equal_the_law_of_each_particle():
     knots, found = contact.find_touching(
         knot_pos, position[count:], BODY, debris, matrix, N, near, count, count + mus, held, np.zeros(room), touching
     )
-    filled = contact.gather(
+    contact.gather(
         knot_pos, knot_vel, position[count:], velocity[count:], debris, DAMPING, N, near, held, touching, knots, found,
         work,
     )  # fmt: skip
     force, torque, mu_force = np.zeros(3), np.zeros(3), np.zeros((mus, 3))
+    filled = contact.fill_up(work, found)
     touched = contact.contact_forces(work, filled, BODY, debris, matrix, rate, N, force, torque)
     contact.react(near, held, touching, knots, found, work, np.full(count, 0.1), 529, knot_vel, mu_force)
 

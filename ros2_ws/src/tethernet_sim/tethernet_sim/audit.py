@@ -90,6 +90,6 @@ def elastic_energy(model: Model, state: State) -> np.ndarray:
         size = np.where(np.arange(len(local)) < model.numbers.knots, model.numbers.knot_radius, model.numbers.mu_radius)
         depth = size - surface_distance(model.debris, local)
         deep = depth > 0.0
-        springs = np.sum(depth[deep] ** 2) + np.sum(state.bristle[b, deep] ** 2)
+        springs = np.sum(depth[deep] ** 2) + np.sum(state.bristle[b, : len(deep)][deep] ** 2)
         total[b] += 0.5 * model.numbers.contact_stiffness * springs
     return total

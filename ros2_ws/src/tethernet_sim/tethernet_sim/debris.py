@@ -11,6 +11,9 @@ from tethernet_sim.kernels.general_body import GeneralBody
 from tethernet_sim.kernels.options import entry_point
 from tethernet_sim.kernels.shape_formulae import KINDS
 
+THREAD_SPANS = 4
+"""Where a shape is not convex, a thread is looked at in so many spans, in each of which its distance passes for convex:
+shorter than the hollows of a body that a net of meshes of 1 m closes round."""
 _SYMMETRY = 1e-9
 """A tensor is symmetric, or round an axis, to this share of its largest entry."""
 
@@ -55,6 +58,7 @@ def debris_body(
         )
     parts = shape.primitives()
     numbers = [np.asarray(part.shape.numbers, float) for part in parts]
+    spans = [1 if part.shape.convex else THREAD_SPANS for part in parts]
     return GeneralBody(
         mass=float(mass),
         reach=shape.reach_from(center),
@@ -67,6 +71,8 @@ def debris_body(
         matrices=np.array([part.matrix for part in parts]),
         centers=np.array([part.position + part.matrix @ part.shape.centroid - center for part in parts]),
         radii=np.array([part.shape.reach_m for part in parts]),
+        span_of=np.repeat(np.arange(len(parts)), spans),
+        spans=np.array([(i / n, (i + 1) / n) for n in spans for i in range(n)]),
     )
 
 

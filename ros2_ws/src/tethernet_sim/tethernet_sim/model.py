@@ -9,7 +9,9 @@ import numpy as np
 from tethernet_core.system import System
 from tethernet_sim.debris import debris_body
 from tethernet_sim.kernels.debris_body import Body
-from tethernet_sim.settings import PhysicsParameters
+from tethernet_sim.kernels.general_body import GeneralBody
+from tethernet_sim.settings import THREADS, PhysicsParameters
+from tethernet_sim.touching_threads import TouchingThreads, touching_threads
 
 
 class Numbers(NamedTuple):
@@ -27,6 +29,9 @@ class Numbers(NamedTuple):
     friction: float  # [-]
     knot_radius: float  # [m]
     mu_radius: float  # [m]
+    contact_damping_ratio: float  # [-]
+    open_segments: int  # threads that touch while the net is open: all but those of winches
+    half_longest: float  # half the length of the longest thread that touches, stretched as far as any is [m]
     winch_speed: float  # at which the thread of one side is taken in, from both its ends [m/s]
     winch_tension: float  # [N]
     winch_stiffness: float  # [N/m]
@@ -58,6 +63,10 @@ class Arrays(NamedTuple):
     winch_begin: np.ndarray  # (S + 1,) first pair of each winch's thread, and the end of the last thread
     joint_damping: np.ndarray  # (R,) of each pair's joint [N s/m]
     contact_damping: np.ndarray  # (N + M,) of each particle's contact [N s/m]
+    segments: np.ndarray  # (S, 2) ends of all threads that touch, those of winches last; none: only knots do
+    segment_radius: np.ndarray  # (S,) [m]
+    segment_stiffness: np.ndarray  # (S,) of its contact [N/m]
+    inverse_mass: np.ndarray  # (N + M,) of each particle [1/kg]
 
 
 class Model(NamedTuple):
@@ -69,6 +78,12 @@ class Model(NamedTuple):
     """The debris, see :func:`~tethernet_sim.debris.debris_body`."""
     grid: tuple[int, int] | None
     """Rows and columns of a rectangular net whose nodes are numbered row by row; None for any other."""
+
+    @property
+    def contact_count(self) -> int:
+        """Contacts that there may be: of particles, and of two points of each thread on each part of the debris."""
+        parts = len(self.debris.span_of) if isinstance(self.debris, GeneralBody) else 1
+        return len(self.arrays.inverse_mass) + 2 * parts * len(self.arrays.segments)
 
     @property
     def winch_threads(self) -> int:
@@ -100,6 +115,7 @@ def build_model(system: System, physics: PhysicsParameters) -> Model:
     first, second = masses[pairs[:, 0]], masses[pairs[:, 1]]
     winches = closing.winch_thread_count
     pair_winch = np.array(closing.winch_thread_of_pair) if winches else np.full(len(pairs), -1)
+    segments = touching_threads(system) if physics.contact == THREADS else TouchingThreads.none()
     numbers = Numbers(
         knots=net.node_count,
         center_node=net.center_node if system.tether.stiffness_n_m > 0.0 else -1,
@@ -113,6 +129,9 @@ def build_model(system: System, physics: PhysicsParameters) -> Model:
         friction=physics.friction_coefficient,
         knot_radius=physics.knot_radius_m,
         mu_radius=max((unit.radius_m for unit in units), default=0.0),
+        contact_damping_ratio=physics.contact_damping_ratio,
+        open_segments=segments.open_count,
+        half_longest=0.5 * segments.longest_m,
         winch_speed=2.0 * closing.winch_speed_m_s,
         winch_tension=closing.winch_tension_n,
         winch_stiffness=closing.winch_stiffness_n_m if winches else 1.0,
@@ -143,6 +162,10 @@ def build_model(system: System, physics: PhysicsParameters) -> Model:
         joint_damping=physics.joint_damping_ratio
         * _critical(physics.joint_stiffness_n_m, first * second / (first + second)),
         contact_damping=physics.contact_damping_ratio * _critical(physics.contact_stiffness_n_m, masses),
+        segments=segments.ends,
+        segment_radius=np.full(len(segments.ends), net.material.radius_m),
+        segment_stiffness=physics.contact_stiffness_n_m * segments.share,
+        inverse_mass=1.0 / masses,
     )
     body = debris_body(debris.shape, debris.mass_kg, debris.inertia, debris.center_of_mass)
     return Model(numbers, arrays, body, None if net.grid is None else (net.grid.rows, net.grid.columns))

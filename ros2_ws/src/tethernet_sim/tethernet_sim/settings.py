@@ -17,6 +17,10 @@ from tethernet_core.system import System
 _CONFIG = Path(__file__).parent / "config"
 
 
+KNOTS, THREADS = "knots", "threads"
+"""What of the net touches the debris."""
+
+
 @dataclass(frozen=True)
 class PhysicsParameters:
     """The physical model."""
@@ -33,6 +37,11 @@ class PhysicsParameters:
     fold_factor: float = parameter("Size of the folded net relative to the flat one [A]", low=0.001, high=1.0)
     start_distance_m: float = parameter(
         "The folded net lies so far in front of the launch point [A]", unit="m", low=0.0, high=20.0
+    )
+    contact: str = parameter(
+        "What of the net touches the debris: knots alone, or threads too, which ask for contact_stiffness_n_m 10000 "
+        "and contact_damping_ratio 0.14 to be stable with the same time step",
+        choices=(KNOTS, THREADS),
     )
     knot_radius_m: float = parameter("Contact radius of a knot [A]", unit="m", low=0.0, high=0.5)
     contact_stiffness_n_m: float = parameter("Compliant normal contact [A]", unit="N/m", low=0.0, high=1e6)

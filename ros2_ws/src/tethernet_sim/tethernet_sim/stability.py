@@ -6,9 +6,10 @@ gamma = u* C u, its factor z solves z^2 + (h^2 kappa + h gamma - 2) z + 1 - h ga
 circle exactly if h^2 kappa + 2 h gamma < 4.
 
 K and C change with the net's shape. They are bounded here by what no shape exceeds: all threads taut and all along one
-line (collapsed meshes), every knot pressed to the debris and stuck to it, every closing pair held by a joint and by the
-winch's thread. That is the Laplacian of a weighted graph plus a diagonal; its largest eigenvalue is that of the matrix
-of magnitudes, found by power iteration and bounded from above by Collatz and Wielandt.
+line (collapsed meshes), every knot, and every thread where threads touch, pressed to the debris and stuck to it, every
+closing pair held by a joint and by the winch's thread. That is the Laplacian of a weighted graph plus a diagonal; its
+largest eigenvalue is that of the matrix of magnitudes, found by power iteration and bounded from above by Collatz and
+Wielandt.
 """
 
 from __future__ import annotations
@@ -105,6 +106,7 @@ def largest_step(model: Model) -> float:
     springs = net_springs(model)
     springs.between(arrays.mu_knot, knots + np.arange(mus), arrays.mu_stiffness, arrays.mu_damping)
     springs.to_ground(n.contact_stiffness, arrays.contact_damping)
+    springs.to_ground(*_thread_contacts(model))
     # The main tether is held by the chaser, the stand-ins of external MUs by their targets.
     held = np.zeros((2, knots + mus))
     if n.center_node >= 0:
@@ -116,6 +118,23 @@ def largest_step(model: Model) -> float:
     stiffness = np.maximum(n.joint_stiffness, segments * n.winch_stiffness)
     springs.between(arrays.pairs[:, 0], arrays.pairs[:, 1], stiffness, arrays.joint_damping)
     return springs.largest_step()
+
+
+def _thread_contacts(model: Model) -> np.ndarray:
+    """Bound of what touching threads hold each particle with [N/m, N s/m], shape (2, N + M).
+
+    A contact at the share s of a thread adds k (1 - s)^2 and k s^2 at its ends and k s (1 - s) between them, at most
+    k (1 - s) and k s in a row; its damper 2 zeta sqrt(k m) goes with the mass m that the point has, which is at most
+    that of an end over the square of the end's share.
+    """
+    arrays = model.arrays
+    masses, held = 1.0 / arrays.inverse_mass, np.zeros((2, len(arrays.inverse_mass)))
+    for end in range(2):
+        particle = arrays.segments[:, end]
+        damping = 2.0 * model.numbers.contact_damping_ratio * np.sqrt(arrays.segment_stiffness * masses[particle])
+        held[0] += np.bincount(particle, arrays.segment_stiffness, len(masses))
+        held[1] += np.bincount(particle, damping, len(masses))
+    return held
 
 
 def net_springs(model: Model) -> Springs:

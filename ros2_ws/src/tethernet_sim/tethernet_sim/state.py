@@ -33,8 +33,10 @@ class State:
     """Debris and chaser: position [m], velocity [m/s], attitude (x y z w, body to launch), angular momentum about the
     centre of mass [N m s].
     """
-    bristle: np.ndarray  # (B, N + M, 3)
-    """Tangential displacement of each particle's contact since it stuck, debris body frame [m]."""
+    bristle: np.ndarray  # (B, N + M + 2 S Q, 3)
+    """Tangential displacement of each contact since it stuck, debris body frame [m]: of each particle, then, where
+    threads touch, of two points of each of S threads on each of Q parts of the debris.
+    """
     closing: np.ndarray  # (B,) bool
     """Closing has begun: tether locked, winches on, docking enabled."""
     tether_length: np.ndarray  # (B,)
@@ -95,7 +97,7 @@ def initial_state(
         mu_pos=np.repeat(folded[:, model.arrays.mu_knot].T[None], batch, axis=0),
         mu_vel=np.zeros((batch, mus, 3)),
         bodies=bodies,
-        bristle=np.zeros((batch, model.numbers.knots + mus, 3)),
+        bristle=np.zeros((batch, model.contact_count, 3)),
         closing=np.zeros(batch, bool),
         tether_length=np.full(batch, physics.start_distance_m),
         pair_length=np.zeros((batch, pairs)),

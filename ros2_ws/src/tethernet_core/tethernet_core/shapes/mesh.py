@@ -100,6 +100,7 @@ class Mesh(Shape):
     """
 
     kind: ClassVar[str] = "mesh"
+    convex: ClassVar[bool] = False
 
     vertices: np.ndarray
     """[m], shape (V, 3)."""

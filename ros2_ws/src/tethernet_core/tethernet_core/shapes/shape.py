@@ -85,6 +85,8 @@ class Shape(abc.ABC):
     """The word for it in a description."""
     axisymmetric: ClassVar[bool] = False
     """Whether it is a body of revolution round its z axis through the centroid."""
+    convex: ClassVar[bool] = True
+    """Whether the distance along any straight line has one minimum; what is made of primitives, has theirs."""
 
     def __post_init__(self) -> None:
         """Check all dimensions.

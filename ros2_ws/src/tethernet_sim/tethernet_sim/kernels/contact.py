@@ -15,7 +15,7 @@ SPEED_FACTOR, SPEED_MARGIN_M_S = 2.0, 2.0
 this margin: a thread that snaps taut can at most reverse a relative velocity."""
 NEAR_STEPS = 10
 """Steps between two searches while particles are near the debris."""
-ROWS = 14
+ROWS = 16
 """Rows of a block of work space for :func:`contact_forces`."""
 BLOCK = 544
 """Numbers in such a row. Any number of particles fits into :func:`blocks` blocks; within one the rows are a constant
@@ -30,6 +30,12 @@ FAR_AWAY = 1e5
 def blocks(particles):
     """Blocks of work space in which so many particles fit."""
     return (particles + BLOCK - 1) // BLOCK
+
+
+@inlined
+def column(number):
+    """Where in the work space the first row of a particle's block has it; the next rows follow BLOCK apart."""
+    return number // BLOCK * (ROWS * BLOCK) + number % BLOCK
 
 
 @inlined
@@ -87,7 +93,8 @@ def find_candidates(
     Returns:
         (how many knots are listed, how many particles, steps until the next search is due).
     """
-    reach = debris_body.reach(body) + max(numbers.knot_radius, numbers.mu_radius)
+    # No point of a thread is nearer to the centre than its nearer end by more than half its length.
+    reach = debris_body.reach(body) + max(numbers.knot_radius, numbers.mu_radius, numbers.half_longest)
     margin = speed * NEAR_STEPS * numbers.time_step
     mus, all_knots = mu_pos.shape[0], numbers.knots
     px, py, pz = debris[0], debris[1], debris[2]
@@ -187,11 +194,8 @@ def find_touching(knot_pos, mu_pos, body, debris, matrix, numbers, near, knots, 
 def gather(
     knot_pos, knot_vel, mu_pos, mu_vel, debris, damping, numbers, near, held, touching, knots, count, work
 ):  # fmt: skip
-    """Copy what :func:`contact_forces` needs of the touching particles to ``work``, and fill up a whole vector;
-    ``damping`` (N + M,) is that of each particle [N s/m].
-
-    Returns:
-        How many ``work`` holds; those beyond ``count`` touch nothing.
+    """Copy what :func:`contact_forces` needs of the touching particles to ``work``; ``damping`` (N + M,) is that of
+    each particle [N s/m].
     """
     all_knots = numbers.knots
     px, py, pz = debris[0], debris[1], debris[2]
@@ -216,14 +220,22 @@ def gather(
                     block[k + (3 + axis) * BLOCK] = mu_vel[m, axis]
                 block[k + 12 * BLOCK] = numbers.mu_radius
             block[k + 13 * BLOCK] = damping[particle]
+            block[k + 14 * BLOCK], block[k + 15 * BLOCK] = 1.0, 1.0
             for axis in range(3):
                 block[k + (6 + axis) * BLOCK] = held[axis, j]
+
+
+@inlined
+def fill_up(work, count):
+    """Fill up a whole vector of :func:`contact_forces` with what touches nothing.
+
+    Returns:
+        How many ``work`` holds then.
+    """
     filled = (count + 7) // 8 * 8
-    last = max(filled - 1, 0) // BLOCK * BLOCK
-    block = work[last * ROWS :]
-    for k in range(count - last, filled - last):
+    for k in range(count, filled):
         for row in range(ROWS):
-            block[k + row * BLOCK] = FAR_AWAY if row < 3 else 0.0
+            work[column(k) + row * BLOCK] = FAR_AWAY if row < 3 else (1.0 if row > 13 else 0.0)
     return filled
 
 
@@ -237,7 +249,7 @@ def contact_forces(work, count, body, debris, matrix, rate, numbers, force, torq
     Args:
         work: blocks, see :data:`BLOCK`, with a row for each of: position relative to the debris' centre [m], velocity
             [m/s], bristle in the debris frame [m] (updated), force on the particle [N] (output), each x, y, z; radius
-            [m], damping [N s/m].
+            [m], damping [N s/m], stiffness as a share of the law's and its inverse.
         count: how many particles.
         body: constants of the debris, see kernels.debris_body.
         debris: its body state (13,).
@@ -262,7 +274,7 @@ def contact_forces(work, count, body, debris, matrix, rate, numbers, force, torq
         block = work[begin * ROWS :]
         for j in range(min(BLOCK, count - begin)):
             dx, dy, dz = block[j], block[j + BLOCK], block[j + 2 * BLOCK]
-            damping = block[j + 13 * BLOCK]
+            damping, hard = block[j + 13 * BLOCK], stiffness * block[j + 14 * BLOCK]
             # Velocity of the particle relative to the debris' material at the particle, in the debris frame. Forces act
             # on both at the same point, so that angular momentum is conserved exactly.
             vx = block[j + 3 * BLOCK] - qx - (wy * dz - wz * dy)
@@ -272,7 +284,7 @@ def contact_forces(work, count, body, debris, matrix, rate, numbers, force, torq
             ux, uy, uz = m00 * vx + m10 * vy + m20 * vz, m01 * vx + m11 * vy + m21 * vz, m02 * vx + m12 * vy + m22 * vz
             distance, nx, ny, nz = debris_body.surface(body, rx, ry, rz)
             depth = block[j + 12 * BLOCK] - distance
-            pressing = max(stiffness * depth - damping * (ux * nx + uy * ny + uz * nz), 0.0)
+            pressing = max(hard * depth - damping * (ux * nx + uy * ny + uz * nz), 0.0)
             pressing = pressing if depth > 0.0 else 0.0
             # The box' directions: a along the body's z as far as the surface allows, where that is steep along its x;
             # b across both. No choice is smooth all round a body; where it changes, the bristle stays what it is.
@@ -287,9 +299,9 @@ def contact_forces(work, count, body, debris, matrix, rate, numbers, force, torq
             stuck_1 = kx * ax + ky * ay + kz * az + dt * slide_1
             stuck_2 = kx * bx + ky * by + kz * bz + dt * slide_2
             limit = friction * pressing
-            most = limit * softness
-            force_1 = min(max(-stiffness * stuck_1 - damping * slide_1, -limit), limit)
-            force_2 = min(max(-stiffness * stuck_2 - damping * slide_2, -limit), limit)
+            most = limit * (softness * block[j + 15 * BLOCK])
+            force_1 = min(max(-hard * stuck_1 - damping * slide_1, -limit), limit)
+            force_2 = min(max(-hard * stuck_2 - damping * slide_2, -limit), limit)
             stuck_1, stuck_2 = min(max(stuck_1, -most), most), min(max(stuck_2, -most), most)
             block[j + 6 * BLOCK] = stuck_1 * ax + stuck_2 * bx
             block[j + 7 * BLOCK] = stuck_1 * ay + stuck_2 * by

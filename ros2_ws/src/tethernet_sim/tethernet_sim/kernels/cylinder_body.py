@@ -61,6 +61,30 @@ def within(body, frame, limits, dx, dy, dz):
 
 
 @inlined
+def parts(body):
+    """One."""
+    return 1
+
+
+@inlined
+def span(body, part):
+    """The whole thread: a cylinder is convex."""
+    return 0.0, 1.0
+
+
+@inlined
+def part_surface(body, part, x, y, z):
+    """Signed distance and normal at a point of the body frame [m]."""
+    return _surface((body.radius, body.half_length), x, y, z)
+
+
+@inlined
+def decides(body, part, x, y, z, distance):
+    """Always: there is no other part."""
+    return True
+
+
+@inlined
 def rate(body, state, matrix, output):
     """Write the angular rate in the launch frame [rad/s] to ``output``."""
     rigid_body.angular_rate(state, matrix, body.across, body.along, output)

@@ -47,6 +47,26 @@ def within(body: Body, frame: Any, limits: Any, dx: float, dy: float, dz: float)
     raise NotImplementedError
 
 
+def parts(body: Body) -> int:
+    """How many parts :func:`part_surface` knows: those along whose surfaces a thread is looked at one by one."""
+    raise NotImplementedError
+
+
+def span(body: Body, part: int) -> tuple[float, float]:
+    """The share of a thread's length that is looked at, from and to: all of it for a convex part."""
+    raise NotImplementedError
+
+
+def part_surface(body: Body, part: int, x: float, y: float, z: float) -> tuple[float, float, float, float]:
+    """:func:`surface` of one part."""
+    raise NotImplementedError
+
+
+def decides(body: Body, part: int, x: float, y: float, z: float, distance: float) -> bool:
+    """Whether the body is no nearer to a point than the part is, which is so far away."""
+    raise NotImplementedError
+
+
 def rate(body: Body, state: Any, matrix: Any, output: Any) -> None:
     """Write the angular rate in the launch frame [rad/s] to ``output`` (3,)."""
     raise NotImplementedError
@@ -80,5 +100,7 @@ def _dispatch(function: Any) -> None:
     overload(function, jit_options=INLINED)(eval(f"lambda {names}: choose({names})", namespace))
 
 
-for _function in (surface, reach, farthest, frame, inflated, within, rate, drift, step):
+for _function in (
+    surface, reach, farthest, frame, inflated, within, parts, span, part_surface, decides, rate, drift, step
+):  # fmt: skip
     _dispatch(_function)

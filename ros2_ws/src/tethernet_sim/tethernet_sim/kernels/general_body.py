@@ -32,6 +32,28 @@ class GeneralBody(NamedTuple):
     matrices: np.ndarray  # (P, 3, 3) primitive to body
     centers: np.ndarray  # (P, 3) of their bounding spheres [m]
     radii: np.ndarray  # (P,) of their bounding spheres [m]
+    span_of: np.ndarray  # (Q,) primitive of each part that a thread is looked at with
+    spans: np.ndarray  # (Q, 2) share of the thread's length, from and to
+
+
+@inlined
+def primitive_surface(body, k, x, y, z):
+    """Signed distance and normal at a point of the body frame [m], of one primitive."""
+    m = body.matrices[k]
+    dx, dy, dz = x - body.positions[k, 0], y - body.positions[k, 1], z - body.positions[k, 2]
+    px, py, pz = (
+        m[0, 0] * dx + m[1, 0] * dy + m[2, 0] * dz,
+        m[0, 1] * dx + m[1, 1] * dy + m[2, 1] * dz,
+        m[0, 2] * dx + m[1, 2] * dy + m[2, 2] * dz,
+    )
+    numbers = body.numbers[body.begins[k] : body.begins[k + 1]]
+    distance, ux, uy, uz = surface_of_kind(body.kinds[k], numbers, px, py, pz)
+    return (
+        distance,
+        m[0, 0] * ux + m[0, 1] * uy + m[0, 2] * uz,
+        m[1, 0] * ux + m[1, 1] * uy + m[1, 2] * uz,
+        m[2, 0] * ux + m[2, 1] * uy + m[2, 2] * uz,
+    )
 
 
 @inlined
@@ -44,20 +66,9 @@ def surface(body, x, y, z):
         # No point of a primitive is nearer than its bounding sphere.
         if beyond < 0.0 or cx * cx + cy * cy + cz * cz >= beyond * beyond:
             continue
-        m = body.matrices[k]
-        dx, dy, dz = x - body.positions[k, 0], y - body.positions[k, 1], z - body.positions[k, 2]
-        px, py, pz = (
-            m[0, 0] * dx + m[1, 0] * dy + m[2, 0] * dz,
-            m[0, 1] * dx + m[1, 1] * dy + m[2, 1] * dz,
-            m[0, 2] * dx + m[1, 2] * dy + m[2, 2] * dz,
-        )
-        numbers = body.numbers[body.begins[k] : body.begins[k + 1]]
-        distance, ux, uy, uz = surface_of_kind(body.kinds[k], numbers, px, py, pz)
+        distance, ux, uy, uz = primitive_surface(body, k, x, y, z)
         if distance < nearest:
-            nearest = distance
-            nx = m[0, 0] * ux + m[0, 1] * uy + m[0, 2] * uz
-            ny = m[1, 0] * ux + m[1, 1] * uy + m[1, 2] * uz
-            nz = m[2, 0] * ux + m[2, 1] * uy + m[2, 2] * uz
+            nearest, nx, ny, nz = distance, ux, uy, uz
     return nearest, nx, ny, nz
 
 
@@ -99,6 +110,30 @@ def within(body, frame, limits, dx, dy, dz):
     y = frame[1] * dx + frame[4] * dy + frame[7] * dz
     z = frame[2] * dx + frame[5] * dy + frame[8] * dz
     return surface(body, x, y, z)[0] < limits[1]
+
+
+@inlined
+def parts(body):
+    """The convex primitives, and the others span by span."""
+    return len(body.span_of)
+
+
+@inlined
+def span(body, part):
+    """The share of a thread's length that is looked at."""
+    return body.spans[part, 0], body.spans[part, 1]
+
+
+@inlined
+def part_surface(body, part, x, y, z):
+    """Signed distance and normal of the part's primitive."""
+    return primitive_surface(body, body.span_of[part], x, y, z)
+
+
+@inlined
+def decides(body, part, x, y, z, distance):
+    """Whether no other primitive is nearer."""
+    return surface(body, x, y, z)[0] >= distance - 1e-9
 
 
 @inlined

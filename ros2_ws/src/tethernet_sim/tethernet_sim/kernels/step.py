@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from tethernet_sim.kernels import contact, debris_body, net, pairs, rigid_body
+from tethernet_sim.kernels import contact, debris_body, net, pairs, rigid_body, thread_contact
 from tethernet_sim.kernels.options import entry_point, inlined, inlined_once, kernel
 from tethernet_sim.kernels.rows import aligned_rows, padded, row_width
 
@@ -124,7 +124,7 @@ def advance_scenario(
         tether_length: locked length of the main tether [m].
 
     Returns:
-        Particles in contact with the debris at the last step.
+        Contacts with the debris at the last step: particles, and points of threads.
     """
     all_pairs = arrays.pairs
     mu_knot, mu_thread, mu_inverse_mass = arrays.mu_knot, arrays.mu_thread, arrays.mu_inverse_mass
@@ -142,7 +142,10 @@ def advance_scenario(
     near, touching = np.empty(width, np.uint32), np.empty(width, np.uint32)
     busy, near_flags = np.empty(width, np.uint32), np.zeros(width, np.uint8)
     near_blocks = near_flags.view(np.uint64)
-    work = np.empty(contact.blocks(knots + mus) * contact.ROWS * contact.BLOCK)
+    segments = len(arrays.segments)
+    thread_points = thread_contact.workspace(segments, debris_body.parts(body))
+    most_points = len(thread_points.share)
+    work = np.empty(contact.blocks(knots + mus + most_points) * contact.ROWS * contact.BLOCK)
     held, kept = np.empty((3, width)), np.empty(width)
     squared = np.empty(width)
     ordered = squared.view(np.uint64)
@@ -156,6 +159,7 @@ def advance_scenario(
     rigid_body.rotation_matrix(chaser, chaser_matrix)
     near_knots, near_count, touching_knots, touching_count, contacts = 0, 0, 0, 0, 0
     search_in, coasted = 0, 0
+    listed, searches_left, points, active, step_reach = 0, 0, 0, 0, 0.0
     knot_pos, knot_vel = aligned_rows(width), aligned_rows(width)
     knot_pos[:, :knots], knot_vel[:, :knots] = all_knot_pos, all_knot_vel
 
@@ -175,6 +179,27 @@ def advance_scenario(
                 near_blocks, busy,
             )  # fmt: skip
             contact.fetch_bristles(bristle, near, near_count, held)
+            if segments:
+                former = points
+                thread_contact.store_bristles(bristle, thread_points, former)
+                points = 0
+                if search_in > contact.NEAR_STEPS:
+                    searches_left = 0
+                else:
+                    if searches_left == 0:
+                        searches_left = thread_contact.LIST_SEARCHES
+                        listed = thread_contact.list_segments(
+                            thread_points, arrays, segments if closing else numbers.open_segments, knot_pos, mu_pos,
+                            body, debris, debris_matrix, numbers,
+                            speed * searches_left * contact.NEAR_STEPS * dt,
+                        )  # fmt: skip
+                    searches_left -= 1
+                    step_reach = speed * dt
+                    points = thread_contact.find_points(
+                        thread_points, arrays, listed, knot_pos, mu_pos, body, debris, debris_matrix, numbers,
+                        speed * contact.NEAR_STEPS * dt,
+                    )  # fmt: skip
+                thread_contact.fetch_bristles(bristle, thread_points, points, former)
             search_in = max(search_in, 1)
         search_in -= 1
 
@@ -199,7 +224,7 @@ def advance_scenario(
                 locked, winch_length, joint_damping, numbers, pair_span, pair_forces,
             )  # fmt: skip
         contacts = 0
-        if near_count:
+        if near_count + points:
             for axis in range(3):
                 debris_force[axis], debris_torque[axis] = 0.0, 0.0
             debris_body.rate(body, debris, debris_matrix, rate)
@@ -207,10 +232,15 @@ def advance_scenario(
                 knot_pos, mu_pos, body, debris, debris_matrix, numbers, near, near_knots, near_count, held, kept,
                 touching,
             )  # fmt: skip
-            filled = contact.gather(
+            contact.gather(
                 knot_pos, knot_vel, mu_pos, mu_vel, debris, contact_damping, numbers, near, held, touching,
                 touching_knots, touching_count, work,
             )  # fmt: skip
+            active = thread_contact.gather(
+                thread_points, points, knot_pos, knot_vel, mu_pos, mu_vel, body, debris, debris_matrix, knots,
+                step_reach * (contact.NEAR_STEPS - search_in), touching_count, work,
+            )  # fmt: skip
+            filled = contact.fill_up(work, touching_count + active)
             contacts = contact.contact_forces(
                 work, filled, body, debris, debris_matrix, rate, numbers, debris_force, debris_torque
             )
@@ -230,8 +260,9 @@ def advance_scenario(
                     force[axis] -= pulls[mus, axis]
             rigid_body.kick(chaser, numbers.chaser_mass, force, torque, dt)
             pairs.apply(all_pairs, pair_forces, kick, knots, knot_vel, mu_force)
-        if near_count:
+        if near_count + points:
             contact.react(near, held, touching, touching_knots, touching_count, work, kick, knots, knot_vel, mu_force)
+            thread_contact.react(thread_points, active, touching_count, work, kick, knots, knot_vel, mu_force)
             rigid_body.kick(debris, body.mass, debris_force, debris_torque, dt)
 
         # 4. Positions.
@@ -240,7 +271,7 @@ def advance_scenario(
             for axis in range(3):
                 mu_vel[m, axis] += dt * mu_force[m, axis] * mu_inverse_mass[m]
                 mu_pos[m, axis] += dt * mu_vel[m, axis]
-        if near_count:
+        if near_count + points:
             debris_body.step(body, debris, debris_matrix, dt)
         else:
             coasted += 1
@@ -248,6 +279,7 @@ def advance_scenario(
             rigid_body.small_rotation_step(chaser, chaser_matrix, numbers.chaser_inertia, numbers.chaser_inertia, dt)
 
     contact.store_bristles(bristle, near, near_count, held)
+    thread_contact.store_bristles(bristle, thread_points, points)
     all_knot_pos[:], all_knot_vel[:] = knot_pos[:, :knots], knot_vel[:, :knots]
     if coasted:
         debris_body.drift(body, debris, debris_matrix, coasted * dt)

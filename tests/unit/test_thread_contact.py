@@ -1,0 +1,181 @@
+"""Threads that touch the debris: what a net of knots alone lets through."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from tests.engines import ENGINES, make_model
+from tethernet_core.rotation import inverse, rotate
+from tethernet_core.shapes import Box, Capsule, Compound, Cone, Cylinder, Part, Shape, Sphere
+from tethernet_core.system import load_system
+from tethernet_sim import audit
+from tethernet_sim.debris import debris_body, surface_distance
+from tethernet_sim.engine import Commands, EdgeListEngine
+from tethernet_sim.fly import Settings, fly, fly_many
+from tethernet_sim.model import Model, build_model
+from tethernet_sim.scenario import Scenario
+from tethernet_sim.stability import largest_step
+from tethernet_sim.state import State
+from tethernet_sim.touching_threads import touching_threads
+
+THREADS = {"contact": "threads", "contact_stiffness_n_m": 10000.0, "contact_damping_ratio": 0.14}
+RADIUS_M = 0.001
+
+
+def thread_on(shape: Shape, *, friction: float = 0.0, units: int = 0, mass_kg: float = 100.0) -> Model:
+    """One slack thread of 1 m between two knots; its middle may touch a debris of any shape."""
+    model = make_model(2, [(0, 1)], rest=2.0, units=units)
+    ends = np.array([(0, 1), *((m % 2, 2 + m) for m in range(units))], np.int64)
+    numbers = model.numbers._replace(
+        open_segments=len(ends), half_longest=1.1, contact_stiffness=1e4, contact_damping_ratio=0.2,
+        knot_radius=0.02, friction=friction,
+    )  # fmt: skip
+    arrays = model.arrays._replace(
+        segments=ends, segment_radius=np.full(len(ends), RADIUS_M), segment_stiffness=np.full(len(ends), 5e3)
+    )
+    body = debris_body(shape, mass_kg)
+    return model._replace(numbers=numbers, arrays=arrays, debris=body)
+
+
+def laid(model: Model, first, second, velocity, position=(0.0, 0.0, 0.0)) -> State:
+    """The thread from the one place to the other, moving as a whole; the debris at ``position``, not turned."""
+    units = len(model.arrays.mu_knot)
+    bodies = np.zeros((1, 2, 13))
+    bodies[0, 0, :3], bodies[0, 1, :3], bodies[0, :, 9] = position, (0.0, 0.0, 50.0), 1.0
+    knots = np.array([first, second], float).T
+    return State(
+        knot_pos=knots[None].copy(), knot_vel=np.repeat(np.array(velocity, float)[None, :, None], 2, axis=2),
+        mu_pos=knots.T[None, model.arrays.mu_knot] + [0.0, 0.0, 0.4], mu_vel=np.zeros((1, units, 3)), bodies=bodies,
+        bristle=np.zeros((1, model.contact_count, 3)), closing=np.zeros(1, bool), tether_length=np.zeros(1),
+        pair_length=np.zeros((1, 0)), locked=np.zeros((1, 0), bool), winch_length=np.zeros((1, 0)),
+        contacts=np.zeros(1, np.int64),
+    )  # fmt: skip
+
+
+def depths(model: Model, state: State) -> np.ndarray:
+    """How deep the axis of each thread of the net and the units lies in the debris at its deepest point [m]."""
+    position, _ = audit.particles(state)
+    ends, share = position[0, model.arrays.segments[: model.numbers.open_segments]], np.linspace(0.0, 1.0, 101)[:, None]
+    points = ends[:, :1] * (1.0 - share) + ends[:, 1:] * share
+    debris = state.bodies[0, 0]
+    local = rotate(inverse(debris[6:10])[None], points.reshape(-1, 3) - debris[:3])
+    return -surface_distance(model.debris, local).reshape(len(points), -1).min(axis=1)
+
+
+def advance(model: Model, state: State, duration_s: float) -> None:
+    EdgeListEngine(model).advance(state, Commands.of_thrust(np.zeros_like(state.mu_pos)), duration_s)
+
+
+CYLINDER = Cylinder(0.3, 1.0)
+BOX = Box((0.2, 3.0, 0.2))
+TWO_BOXES = Compound((Part(Box((0.1, 1.0, 0.4)), (-0.25, 0.0, 0.0)), Part(Box((0.1, 1.0, 0.4)), (0.25, 0.0, 0.0))))
+
+
+@pytest.mark.parametrize(
+    ("shape", "height"),
+    [
+        (Sphere(0.3), 0.3), (CYLINDER, 0.5), (BOX, 0.1), (TWO_BOXES, 0.2),
+        (Capsule(0.2, 1.0), None), (Cone(0.3, 1.0, 0.1), None),
+    ],
+)  # fmt: skip
+def test_a_thread_whose_knots_miss_every_shape_is_stopped_by_it(shape, height):
+    model = thread_on(shape)
+    if height is None:
+        height = shape.exit_distance(np.array([[0.0, 0.0, 1.0]]))[0]
+    state = laid(model, (-0.5, 0.0, height + 0.02), (0.5, 0.03, height + 0.02), (0.0, 0.0, -0.5))
+    deepest = -1.0
+    for _ in range(200):
+        advance(model, state, 0.001)
+        deepest = max(deepest, float(depths(model, state).max()))
+    # A spring of 5 kN/m takes the 10 g at 0.5 m/s in within 0.7 mm.
+    assert 0.0 < deepest + RADIUS_M < 0.001
+    assert (state.knot_vel[0, 2] > 0.0).all(), "it must have bounced off"
+
+
+def test_momentum_and_angular_momentum_are_kept_to_rounding():
+    model = thread_on(CYLINDER, friction=0.6, units=2)
+    state = laid(model, (-0.5, 0.1, 0.52), (0.5, 0.2, 0.51), (0.3, -0.1, -0.8))
+    linear, angular = audit.linear_momentum(model, state), audit.angular_momentum(model, state)
+    touched = 0
+    for _ in range(50):
+        advance(model, state, 0.002)
+        touched += int(state.contacts[0] > 0)
+    assert touched
+    assert np.abs(audit.linear_momentum(model, state) - linear).max() < 1e-13 * np.abs(linear).max() * 100
+    assert np.abs(audit.angular_momentum(model, state) - angular).max() < 1e-12 * np.abs(angular).max() * 100
+    assert np.linalg.norm(state.bodies[0, 0, 10:13]) > 1e-4, "the debris must have been turned"
+
+
+def test_a_bounce_does_not_gain_energy():
+    for damping in (0.0, 0.3):
+        model = thread_on(BOX)
+        model = model._replace(numbers=model.numbers._replace(contact_damping_ratio=damping))
+        state = laid(model, (-0.5, 0.0, 0.13), (0.5, 0.05, 0.13), (0.0, 0.0, -0.5))
+        before = float(audit.kinetic_energy(model, state)[0])
+        advance(model, state, 0.25)
+        assert not state.contacts[0]
+        after = float(audit.kinetic_energy(model, state)[0])
+        # A bounce of an undamped spring, its contact point looked for every ms, keeps the energy to 2 %.
+        assert (0.98 * before if damping == 0.0 else 0.05 * before) < after < (1.02 if damping == 0.0 else 0.9) * before
+
+
+def test_a_thread_that_lies_across_a_narrow_face_rests_on_both_edges():
+    model = thread_on(BOX)
+    state = laid(model, (-0.5, 0.0, 0.1005), (0.5, 0.0, 0.1005), (0.0, 0.0, -0.05))
+    advance(model, state, 1e-3)
+    assert state.contacts[0] == 2
+
+
+@pytest.mark.parametrize(("friction", "slows"), [(0.0, False), (0.8, True)])
+def test_friction_acts_where_the_thread_touches(friction, slows):
+    """Pressed on by its arrival: Coulomb's law takes mu times the change of speed along the normal."""
+    model = thread_on(Sphere(0.3), friction=friction, mass_kg=1e6)
+    state = laid(model, (-0.5, 0.0, 0.31), (0.5, 0.0, 0.31), (0.0, 1.0, -0.2))
+    advance(model, state, 0.1)
+    normal, along = state.knot_vel[0, 2].mean() + 0.2, 1.0 - state.knot_vel[0, 1].mean()
+    if slows:
+        assert along == pytest.approx(friction * normal, rel=0.1)
+    else:
+        assert abs(along) < 1e-2  # the sphere falls away under the thread that slides across its top
+
+
+def test_threads_share_their_knots_stiffness_in_every_shipped_net():
+    for name in ("zenit_8mu", "zenit_4mu", "hexagonal_6mu"):
+        system = load_system(name)
+        threads = touching_threads(system)
+        total = np.bincount(threads.ends.ravel(), np.repeat(threads.share, 2))
+        assert total.max() <= 1.0 + 1e-12
+        physics = Settings.load(system).physics
+        assert largest_step(build_model(system, physics)) >= physics.time_step_s
+        assert Settings.load(system, physics=THREADS).physics.contact == "threads"
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+def test_knots_alone_need_no_list_of_threads(engine):
+    model = make_model(4, [(0, 1), (2, 3), (0, 2), (1, 3)], grid=(2, 2))
+    assert model.contact_count == 4
+    ENGINES[engine](model)
+
+
+def test_no_thread_of_a_mission_cuts_into_the_debris():
+    deepest = {}
+    for contact, physics in (("knots", {}), ("threads", THREADS)):
+        found = [0.0]
+        model = build_model(load_system("zenit_8mu"), Settings.load("zenit_8mu", physics=THREADS).physics)
+
+        def look(_stamp_ns, world, _flying, found=found, model=model):
+            if world.state.contacts[0]:
+                found.append(float(depths(model, world.state).max()))
+
+        outcome = fly(Scenario("zenit_8mu"), Settings.load("zenit_8mu", physics=physics), look)
+        assert outcome.captured, outcome.verdict
+        deepest[contact] = max(found)
+    assert deepest["knots"] > 0.1
+    assert deepest["threads"] < 0.005
+
+
+def test_a_scenario_flies_the_same_bits_alone_and_among_others():
+    settings = Settings.load("zenit_8mu", physics=THREADS, mission={"capture_duration_s": 2.0})
+    scenarios = [Scenario("zenit_8mu", seed=seed, debris_position=(0.1 * seed, 0.0, -50.0)) for seed in range(3)]
+    assert fly_many(scenarios, settings)[2] == fly(scenarios[2], settings)
