@@ -18,7 +18,7 @@ from tethernet_learning.evaluation import policy_scores as evaluation
 from tethernet_learning.evaluation import report as evaluation_report
 from tethernet_learning.evaluation.comparison import compare
 from tethernet_learning.flight_settings import Flight
-from tethernet_learning.random_scenarios import random_scenarios
+from tethernet_learning.random_scenarios import STILL, Turned, random_scenarios
 from tethernet_planner import policies
 from tethernet_planner.inference import shipped_models
 from tethernet_planner.inference.model_file import file_fingerprint
@@ -188,3 +188,34 @@ def test_narrow_aiming_points_come_late_and_burn_less(capsys):
     assert narrow[0] < 0.9 * nominal[0]  # the fuel
     assert narrow[3] < nominal[3]  # the mouth
     assert tethernet("evaluate", "widths", "--mus", "4", "--factors", "-1") == 2
+
+
+def test_one_systems_evaluation_as_a_json_file_with_the_hold_test(tmp_path, capsys):
+    """At the top what was asked for: rates, means, loads and every mission."""
+    file = tmp_path / "found.json"
+    words = ["evaluate", "--system", "zenit_4mu", "--policy", "nominal", "--scenarios", "2", "--seed", "5"]
+    words += ["--attitude", "random", "--tumble-rate", "1", "--hold", "2", "--tow", "20", "--output", str(file)]
+    assert tethernet(*words) == 0, capsys.readouterr().err
+    found = json.loads(file.read_text())
+    rates = [found[f"{name}_rate"] for name in ("success", "held", "enclosed", "both_cqi")]
+    assert rates == [1.0] * 4
+    assert len(found["scenarios"]) == 2
+    means = ("fuel_per_mu_kg", "fuel_at_trigger_per_mu_kg", "cqi_mean", "cqi_all_mean", "mcqi_mean", "max_load_share")
+    assert all(found[name] > 0.0 for name in means)
+    assert found["locked_pairs"]
+    assert found["errors"] == 0
+    attitudes = [one["scenario"]["debris_attitude"] for one in found["scenarios"]]
+    assert attitudes[0] != attitudes[1]
+    rates_rad_s = [math.hypot(*one["scenario"]["debris_rate"]) for one in found["scenarios"]]
+    assert rates_rad_s == pytest.approx([math.radians(1.0)] * 2)
+    assert all(one["outcome"]["held"] for one in found["scenarios"])
+    assert tethernet("evaluate", "--policy", "nominal", "--scenarios", "1", "--output", str(file)) == 2
+    assert "allowed: a JSON file for one --system, or a folder" in capsys.readouterr().err
+
+
+def test_places_and_noise_are_those_of_the_stream_however_the_debris_turns():
+    places = [
+        [(s.debris_position, s.seed) for s in random_scenarios(zenit(8), seeds.Purpose.POLICY_EVALUATION, 3, 0, 3, how)]
+        for how in (STILL, Turned(True), Turned(False, 5.0))
+    ]
+    assert places[0] == places[1] == places[2]

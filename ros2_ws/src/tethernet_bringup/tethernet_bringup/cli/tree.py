@@ -59,6 +59,7 @@ TREE = Group(
                 ),
                 "speedup": Leaf("what a surrogate saves in an episode", f"{_LEARNING}.policies.measure_speedup"),
             },
+            alone=Leaf("the same as evaluate policies", f"{_LEARNING}.evaluation.evaluate_policies"),
         ),
         "campaign": Group(
             "fly many missions; one row each in a Parquet or CSV file",

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from tethernet_core import atomic_file
+from tethernet_core.errors import InputError
 from tethernet_core.subcommand import Parser, Subcommand, number, whole_number
 from tethernet_core.system import System
 from tethernet_core.system.option import add_systems, chosen_systems
@@ -39,7 +40,15 @@ def run(options: argparse.Namespace) -> None:
     """Fly, print the table, write the files."""
     flights = flight_settings.flights_of(flight_settings.replaced(options), chosen_systems(options))
     chosen = contenders(options.policy, list(flights))
-    options.output.mkdir(parents=True, exist_ok=True)
+    if options.output.suffix == ".json":
+        if len(chosen) != 1:
+            raise InputError(
+                f"--output {options.output} with {len(chosen)} systems; allowed: a JSON file for one --system, or a "
+                "folder"
+            )
+        options.output.parent.mkdir(parents=True, exist_ok=True)
+    else:
+        options.output.mkdir(parents=True, exist_ok=True)
     _run(options, flights, chosen)
 
 
@@ -68,9 +77,31 @@ def _run(options: argparse.Namespace, flights: flight_settings.Flights, chosen: 
         "flown_on": f"the cluster at {options.cluster}" if options.cluster else cores.told(),
         "wall_time_s": round(time.monotonic() - began, 1),
     }
-    write(options.output, facts, evaluated)
+    if options.output.suffix == ".json":
+        atomic_file.write_text(options.output, as_text(of_one(facts, evaluated[0])))
+    else:
+        write(options.output, facts, evaluated)
     print(evaluation_report.table(evaluated))
     print(f"{facts['wall_time_s']:.0f} s on {facts['flown_on']}; {options.output}")
+
+
+def of_one(facts: dict[str, Any], evaluated: Evaluated) -> dict[str, Any]:
+    """One system's evaluation with what the last policy came to at the top, the nominal points where nothing else flew.
+
+    Args:
+        facts: how it was flown.
+        evaluated: what came out.
+    """
+    [(name, of_system)] = as_json([evaluated]).items()
+    by_policy = of_system.pop("policies")
+    last = list(by_policy)[-1]
+    told = {key: value for key, value in facts.items() if key != "scenarios"}  # they are listed
+    others = {
+        policy: {key: value for key, value in found.items() if key != "scenarios"}
+        for policy, found in by_policy.items()
+        if policy != last
+    }
+    return {"system": name, "policy": last, **told, **of_system, **by_policy[last], "others": others}
 
 
 def as_text(content: dict[str, Any]) -> str:
@@ -119,7 +150,11 @@ def _add_arguments(parser: Parser) -> None:
         "--seed", type=whole_number(0), default=0, metavar="N",
         help="of the scenarios, from a stream that no training uses; default 0",
     )  # fmt: skip
-    add("--output", type=Path, default=Path("runs/evaluation"), metavar="FOLDER", help="default runs/evaluation")
+    add(
+        "--output", type=Path, default=Path("runs/evaluation"), metavar="FOLDER",
+        help="default runs/evaluation; with one system also FILE.json: what the policy came to, each mission and the "
+        "means, and nothing else is written",
+    )  # fmt: skip
     add("--chunk", type=positive, default=CHUNK, metavar="N", help=f"missions flown together; default {CHUNK}")
     add("--cluster", metavar="ADDRESS", help=workers.HELP)
 
