@@ -66,8 +66,9 @@ def test_the_mission_benchmark_counts_what_is_flown():
 
 def test_scale():
     result = last_line(run("scale", "--smoke"), "scale")
-    small, large = result["grid_ns_per_knot_step_529x1"], result["grid_ns_per_knot_step_2025x1"]
-    assert result["growth_of_cost_per_knot"] == pytest.approx(large / small, rel=2e-3)
+    for share in ("opening", "flat"):
+        small, large = (result[f"grid_ns_per_knot_step_{share}_{knots}x1"] for knots in (529, 2025))
+        assert result[f"growth_of_cost_per_knot_{share}"] == pytest.approx(large / small, rel=2e-3)
     assert result["edge_list_by_grid_most"] > 0.0
     assert result["memory_peak_mb"] > 50.0
 

@@ -28,6 +28,27 @@ def test_both_engines_agree_to_rounding(size):
     assert np.allclose(grid.mu_pos, edges.mu_pos, rtol=0.0, atol=1e-10)
 
 
+@pytest.mark.parametrize("size", [(8, 8), (23, 23), (45, 45)])
+@pytest.mark.parametrize("shuffled", [1.0, 0.3])
+def test_how_the_nodes_are_numbered_changes_nothing(size, shuffled):
+    """Without order no threads run side by side, with some of it a part of them does."""
+    model = grid_model(*size)
+    nodes = size[0] * size[1]
+    random = np.random.default_rng(5)
+    number = np.arange(nodes)
+    moved = np.flatnonzero(random.random(nodes) < shuffled)
+    number[moved] = random.permutation(moved)
+    other = make_model(nodes, number[model.arrays.threads])
+    state = shaken(model)
+    renumbered = flat_state(other, np.zeros((3, nodes)))
+    renumbered.knot_pos[:, :, number], renumbered.knot_vel[:, :, number] = state.knot_pos, state.knot_vel
+    for _ in range(4):
+        fly(GridEngine(model), state, 50 * STEP_S)
+        fly(EdgeListEngine(other), renumbered, 50 * STEP_S)
+    assert np.allclose(renumbered.knot_vel[:, :, number], state.knot_vel, rtol=0.0, atol=1e-6)
+    assert np.allclose(renumbered.knot_pos[:, :, number], state.knot_pos, rtol=0.0, atol=1e-8)
+
+
 def test_both_engines_fly_the_same_deployment_for_the_first_second():
     final = []
     for engine in ENGINES.values():

@@ -12,7 +12,9 @@ SCRIPT = """
 import numpy as np
 import numba
 
-from tests.engines import ENGINES, STEP_S, fly, grid_model, shaken
+from tests.engines import ENGINES, STEP_S, flat_state, fly, grid_model, make_model, shaken
+from tethernet_sim.engine import EdgeListEngine
+from tethernet_sim.model import grid_threads
 
 touched = set()
 assert numba.core.config.BOUNDSCHECK == 1
@@ -33,6 +35,13 @@ for rows, columns in ((2, 2), (3, 7), (7, 3), (8, 8), (4, 8), (23, 23), (2, 40),
             fly(flown, state, 12 * STEP_S)
             assert np.isfinite(state.knot_pos).all()
             touched.add((name, int(state.contacts[0]) > 544))
+# Nodes without order: loose threads beside blocks.
+number = np.random.default_rng(0).permutation(33 * 31)
+for threads in (number[grid_threads(33, 31)], number[grid_threads(33, 31)] // 3 * 3):
+    threads = threads[threads[:, 0] != threads[:, 1]]
+    model = make_model(33 * 31, threads)
+    state = flat_state(model, np.random.default_rng(1).normal(0.0, 2.0, (3, 33 * 31)))
+    fly(EdgeListEngine(model), state, 20 * STEP_S)
 assert {("grid", True), ("edge list", True)} <= touched, "more than one block of contacts"
 print("all sizes flown")
 """

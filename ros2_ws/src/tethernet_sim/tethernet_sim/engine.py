@@ -17,6 +17,7 @@ from tethernet_sim.kernels.edge_list import EdgeList
 from tethernet_sim.kernels.grid import Grid
 from tethernet_sim.model import Model, grid_threads
 from tethernet_sim.state import CHASER, State
+from tethernet_sim.thread_blocks import edge_list
 
 _DENSE_SHARE = 224 / 1012
 """Share of taut threads from which evaluating all of them, vectorised, is faster (measured)."""
@@ -128,8 +129,7 @@ class EdgeListEngine(_KernelEngine):
 
     def __init__(self, model: Model):
         a = model.arrays
-        first, second = (np.ascontiguousarray(a.threads[:, end], np.uint32) for end in (0, 1))
-        super().__init__(model, EdgeList(model.numbers.knots, first, second, a.rest, a.stiffness, a.damping))
+        super().__init__(model, edge_list(model.numbers.knots, a.threads, a.rest, a.stiffness, a.damping, _DENSE_SHARE))
 
 
 def is_uniform_grid(model: Model) -> bool:

@@ -8,6 +8,20 @@ from tethernet_sim.kernels.options import inlined
 
 
 @inlined
+def list_busy(masks, busy):
+    """List in ``busy`` which masks are not 0. Return how many there are.
+
+    After all masks have been found, not while: where an index goes is known late, and loads of what comes next would
+    have to wait for it, half the time (measured).
+    """
+    some = np.uint64(0)
+    for block in range(np.uint64(len(masks))):
+        busy[some] = block
+        some += np.uint64(masks[block] != 0)
+    return some
+
+
+@inlined
 def compact_indices(flags, blocks, busy, found):
     """List where ``flags`` are set. Return how many are listed.
 

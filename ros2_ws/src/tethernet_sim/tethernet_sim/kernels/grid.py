@@ -14,6 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from tethernet_sim.kernels import lanes
+from tethernet_sim.kernels.compaction import list_busy
 from tethernet_sim.kernels.options import inlined, kernel
 from tethernet_sim.kernels.rows import LINE, aligned_rows, padded
 
@@ -93,12 +94,11 @@ def list_taut(net, work, x, y, z):
 
     Eight at a time, and without branches: which threads are taut changes so often that a processor guesses wrong.
     """
-    threads, masks, busy = work.threads, work.masks, work.busy
+    threads, masks = work.threads, work.masks
     limit = lanes.spread(net.mesh * net.mesh)
     # Unsigned counters: numba makes sure of every signed index that it is not negative.
     to_row, eight = np.uint64(net.columns), np.uint64(lanes.COUNT)
     with_columns = np.uint64(blocks(net.rows * net.columns - net.columns))
-    some = np.uint64(0)
     i = np.uint64(0)
     here_x, here_y, here_z = lanes.load(x, i), lanes.load(y, i), lanes.load(z, i)
     for block in range(with_columns):
@@ -109,19 +109,17 @@ def list_taut(net, work, x, y, z):
         next_x, next_y, next_z = lanes.load(x, i), lanes.load(y, i), lanes.load(z, i)
         row = find_along_rows(here_x, here_y, here_z, next_x, next_y, next_z, limit)
         mask = (row | (column << eight)) & np.uint64(threads[block])
-        masks[block], busy[some] = mask, block
-        some += np.uint64(mask != np.uint64(0))
+        masks[block] = mask
         here_x, here_y, here_z = next_x, next_y, next_z
     for block in range(with_columns, np.uint64(len(threads))):
         i = eight * (block + np.uint64(1))
         next_x, next_y, next_z = lanes.load(x, i), lanes.load(y, i), lanes.load(z, i)
         mask = find_along_rows(here_x, here_y, here_z, next_x, next_y, next_z, limit) & np.uint64(threads[block])
-        masks[block], busy[some] = mask, block
-        some += np.uint64(mask != np.uint64(0))
+        masks[block] = mask
         here_x, here_y, here_z = next_x, next_y, next_z
     rows, columns = np.uint64(0), np.uint64(0)
-    for b in range(some):
-        which = np.uint64(busy[b])
+    for b in range(list_busy(masks, work.busy)):
+        which = np.uint64(work.busy[b])
         mask, begin = np.uint64(masks[which]), eight * which
         rows = lanes.append_indices(work.taut_rows, rows, begin, mask & np.uint64(_ROW_BITS))
         columns = lanes.append_indices(work.taut_columns, columns, begin, mask >> eight)

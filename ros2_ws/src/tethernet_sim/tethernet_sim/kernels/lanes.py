@@ -1,7 +1,7 @@
 """Eight numbers at once, for the kernels whose speed must not depend on what a compiler sees in a loop.
 
 :class:`Lanes` is a type of compiled code only: numba's compiler keeps it in one register of the widest processors, in
-several of others. ``+ - *`` work lane by lane. Loads check their range where numba checks indices.
+several of others. ``+ - * /`` work lane by lane. Loads check their range where numba checks indices.
 """
 
 from __future__ import annotations
@@ -10,13 +10,15 @@ import operator
 from collections.abc import Callable
 from typing import Any
 
-from llvmlite import ir
+from llvmlite import binding, ir
 from numba.core import cgutils, types
 from numba.core.typing.templates import AbstractTemplate, infer_global, signature
 from numba.extending import intrinsic, lower_builtin, models, register_model
 
 COUNT = 8
 """Numbers in a :class:`Lanes`."""
+COMPRESSES = binding.get_host_cpu_features().get("avx512vl", False)
+"""Whether this processor moves the lanes that are wanted to the front in one instruction."""
 _DOUBLES = ir.VectorType(ir.DoubleType(), COUNT)
 _BITS = ir.VectorType(ir.IntType(1), COUNT)
 _INDICES = ir.VectorType(ir.IntType(32), COUNT)
@@ -57,6 +59,7 @@ def _operation(symbol: Callable[..., Any], instruction: str) -> None:
 _operation(operator.add, "fadd")
 _operation(operator.sub, "fsub")
 _operation(operator.mul, "fmul")
+_operation(operator.truediv, "fdiv")
 
 
 def _address(context: Any, builder: Any, kind: Any, array: Any, index: Any, item: ir.Type) -> Any:
@@ -92,6 +95,39 @@ def load(_typing, row, index):
 
 
 @_instructions
+def store(_typing, row, index, values):
+    """Write eight numbers into a contiguous row, from an index on."""
+
+    def generate(context, builder, signature, args):
+        builder.store(args[2], _address(context, builder, signature.args[0], args[0], args[1], _DOUBLES), align=8)
+        return context.get_dummy_value()
+
+    return types.void(row, types.uint64, values), generate
+
+
+@_instructions
+def square_root(_typing, values):
+    """Of each lane."""
+
+    def generate(_context, builder, _signature, args):
+        root = cgutils.get_or_insert_function(builder.module, ir.FunctionType(_DOUBLES, [_DOUBLES]), "llvm.sqrt.v8f64")
+        return builder.call(root, args)
+
+    return _LANES(values), generate
+
+
+@_instructions
+def where_positive(_typing, tested, values):
+    """The values of the lanes in which ``tested`` is above 0, and 0 in the others."""
+
+    def generate(_context, builder, _signature, args):
+        zero = ir.Constant(_DOUBLES, [0.0] * COUNT)
+        return builder.select(builder.fcmp_ordered(">", args[0], zero), args[1], zero)
+
+    return _LANES(tested, values), generate
+
+
+@_instructions
 def next_lanes(_typing, these, those):
     """The lanes one further on, ``those`` being the eight after ``these``."""
 
@@ -112,6 +148,18 @@ def mask_greater(_typing, values, limits):
     return types.uint64(values, limits), generate
 
 
+def _append_one_by_one(builder: Any, address: Any, count: Any, begin: Any, byte: Any) -> Any:
+    """Write each index where the next one listed shall stand, so that those not wanted are written over."""
+    long, listed = ir.IntType(64), ir.IntType(64)(0)
+    base = builder.bitcast(address, _INT.as_pointer())
+    for lane in range(COUNT):
+        index = builder.trunc(builder.add(begin, long(lane)), _INT)
+        builder.store(index, builder.gep(base, [listed]), align=4)
+        bit = builder.and_(builder.lshr(byte, byte.type(lane)), byte.type(1))
+        listed = builder.add(listed, builder.zext(bit, long))
+    return builder.add(count, listed)
+
+
 @_instructions
 def append_indices(_typing, found, count, begin, mask):
     """Append ``begin`` + k for every bit k of a mask to the ``count`` numbers listed in ``found`` (uint32), without
@@ -125,6 +173,8 @@ def append_indices(_typing, found, count, begin, mask):
         indices = builder.shuffle_vector(first, first, ir.Constant(_INDICES, [0] * COUNT))
         indices = builder.add(indices, ir.Constant(_INDICES, list(range(COUNT))))
         byte = builder.trunc(mask, ir.IntType(COUNT))
+        if not COMPRESSES:
+            return _append_one_by_one(builder, address, count, begin, byte)
         compress = cgutils.get_or_insert_function(
             builder.module, ir.FunctionType(_INDICES, [_INDICES, _BITS, _INDICES]),
             "llvm.experimental.vector.compress.v8i32",
