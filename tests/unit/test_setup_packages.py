@@ -122,6 +122,8 @@ EXTRAS = {
 """What a mission never imports."""
 DISTRIBUTION = {"sklearn": "scikit-learn", "stable_baselines3": "stable-baselines3", "yaml": "pyyaml"}
 """Where pip calls it otherwise."""
+COMES_WITH = {"llvmlite": "numba", "mpl_toolkits": "matplotlib"}
+"""Imports that another library brings, in the version that fits it."""
 
 
 def imported(package: str) -> set[str]:
@@ -137,6 +139,7 @@ def imported(package: str) -> set[str]:
                 found.add(node.module.partition(".")[0])
             elif isinstance(node, ast.Constant) and isinstance(node.value, str):
                 found |= set(re.findall(r"^(\w+)/msg/[A-Z]\w+$", node.value))
+    found = {COMES_WITH.get(name, name) for name in found}
     return found - set(sys.stdlib_module_names) - {package, "_typeshed"}  # that one exists for the type checker alone
 
 

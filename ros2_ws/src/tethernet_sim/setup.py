@@ -16,7 +16,10 @@ setup(
         ("share/" + NAME, ["package.xml"]),
     ],
     python_requires=">=3.11",
-    install_requires=["numba", "numpy", "tethernet_planner", "tethernet_control", "tethernet_ros", "tethernet_core"],
+    install_requires=[
+        "matplotlib", "numba", "numpy", "pyyaml", "scipy", "tethernet_planner", "tethernet_control", "tethernet_ros",
+        "tethernet_core",
+    ],  # fmt: skip
     zip_safe=False,
     entry_points={
         "console_scripts": [
