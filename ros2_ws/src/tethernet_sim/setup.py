@@ -17,9 +17,16 @@ setup(
     ],
     python_requires=">=3.11",
     install_requires=[
-        "matplotlib", "numba", "numpy", "pyyaml", "scipy", "tethernet_planner", "tethernet_control", "tethernet_ros",
+        "matplotlib",
+        "numba",
+        "numpy",
+        "pyyaml",
+        "scipy",
+        "tethernet_planner",
+        "tethernet_control",
+        "tethernet_ros",
         "tethernet_core",
-    ],  # fmt: skip
+    ],
     zip_safe=False,
     entry_points={
         "console_scripts": [
