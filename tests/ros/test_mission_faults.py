@@ -153,8 +153,8 @@ def test_strangers_in_flight_are_named_and_not_obeyed(tmp_path, domain_id, probe
         assert outcome["phase"] == "MISSED"
         named = [warning for warning in outcome["warnings"] if "no node of this mission" in warning]
         assert sorted(warning.split(" publishes ")[1] for warning in named) == [
-            "/mission/state: this mission does not hear it",
-            "/mu3/thrust: this mission does not hear it",
+            "/mission/state: not heard, unless with this mission's own DDS profile",
+            "/mu3/thrust: not heard, unless with this mission's own DDS profile",
         ]
         assert all("probe, which is no node" in warning and warning in mission.text for warning in named)
         assert not any("not recorded" in warning for warning in outcome["warnings"])

@@ -380,7 +380,10 @@ class Flight:
         if topic in map(topics.mu_odometry, self._plan.external):
             heard = "it cannot be told from the driver and is heard like it"
         else:
-            heard = "this mission does not hear it" if self._plan.protected else "the mission's nodes may obey it"
+            # Whoever flies with the mission's own profile is in its partition; the graph does not tell partitions.
+            heard = "not heard, unless with this mission's own DDS profile"
+            if not self._plan.protected:
+                heard = "the mission's nodes may obey it"
         self._warn(f"{_name(node)}, which is no node of this mission, publishes {topic}: {heard}")
 
     def _warn(self, text: str) -> None:

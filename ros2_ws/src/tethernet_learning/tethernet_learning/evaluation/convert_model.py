@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
+from tethernet_core import atomic_file
 from tethernet_core.subcommand import Parser, Subcommand
 from tethernet_core.system import System
 from tethernet_core.system.option import add_system, chosen_system
@@ -50,13 +51,13 @@ def convert(file: Path, system: System) -> None:
     else:
         arrays |= seen_arrays(system)
         about["max_locked_pairs"] = system.closing.max_locked_pairs
-    partial = file.with_name(f"{file.stem}.converted{file.suffix}")
-    try:
+
+    def write_and_load(partial: Path) -> None:
+        """It must be whole before it takes the old one's place."""
         model_file.write(partial, kind, arrays, about)
-        (AimingPolicy if kind == POLICY else Surrogate).load(partial)  # it must be whole before it takes the place
-        partial.replace(file)
-    finally:
-        partial.unlink(missing_ok=True)
+        (AimingPolicy if kind == POLICY else Surrogate).load(partial)
+
+    atomic_file.write_whole(file, write_and_load)
 
 
 def run(options: argparse.Namespace) -> None:
