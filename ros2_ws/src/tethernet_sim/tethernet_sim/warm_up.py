@@ -33,7 +33,8 @@ def main() -> int:
     # A trigger at once and a short capture lead through closing and contact search too.
     for name in ("zenit_4mu", "zenit_8mu", "hexagonal_6mu"):  # both ways to close a net, both engines
         began = time.perf_counter()
-        print(f"compiling the physics of {name}", flush=True)  # a whole line: the set-up shows the newest while it waits
+        # A whole line: the set-up shows the newest one while it waits.
+        print(f"compiling the physics of {name}", flush=True)
         settings = Settings.load(name, mission={"trigger_distance_m": 50.0, "capture_duration_s": 1.0})
         fly(Scenario(name), settings)
         print(f"compiled that of {name} in {time.perf_counter() - began:.1f} s", flush=True)
