@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import Counter
 
 from .hardware import Hardware
+from .mouth_left_open import least_girth_m, widest_loop_m, widest_loop_of_capture_m
 
 _LABEL_WIDTH = 10
 
@@ -23,7 +24,7 @@ def summary_lines(system: Hardware, digest: str) -> list[str]:
     for label, texts in (
         ("net", _net(system)),
         ("units", _units(system)),
-        ("closing", [_closing(system)]),
+        ("closing", _closing(system)),
         ("launch", [_launch(system)]),
         ("debris", _debris(system)),
         ("chaser", [f"{system.chaser.mass_kg:g} kg, cube of {system.chaser.side_m:g} m"]),
@@ -70,20 +71,24 @@ def _units(system: Hardware) -> list[str]:
     return lines
 
 
-def _closing(system: Hardware) -> str:
+def _closing(system: Hardware) -> list[str]:
     closing = system.closing
     if closing.kind == "docking":
         ring = "-".join(str(unit) for unit in system.closing_ring)
-        return (
+        whole = widest_loop_m(system, [True] * closing.max_locked_pairs)
+        needed, worst = system.capture.required_locked_pairs, widest_loop_of_capture_m(system)
+        return [
             f"units dock within {closing.docking_distance_m:g} m, ring {ring}, drawn together at "
-            f"{closing.draw_in_m_s:g} m/s with up to {closing.pull_n:g} N"
-        )
+            f"{closing.draw_in_m_s:g} m/s with up to {closing.pull_n:g} N",
+            f"leaves loops of net up to {whole:.1f} m round with all pairs docked, {worst:.1f} m with the {needed} of "
+            f"a capture; least girth of the debris: {least_girth_m(system.debris.shape):.1f} m",
+        ]
     if closing.kind == "winch":
-        return (
+        return [
             f"{closing.winch_thread_count} winches, ring of {len(closing.ring)} nodes that lock within "
             f"{closing.docking_distance_m:g} m, {closing.winch_speed_m_s:g} m/s, up to {closing.winch_tension_n:g} N"
-        )
-    return "none"
+        ]
+    return ["none"]
 
 
 def _launch(system: Hardware) -> str:
