@@ -4,10 +4,13 @@ from tests.physics import diverging
 from tests.systems import zenit
 from tethernet_core.parameters import load
 from tethernet_core.settings import MissionParameters
+from tethernet_learning.assumed_numbers import RANDOM
 from tethernet_learning.campaigns.cases import aim
 from tethernet_learning.campaigns.chunks import fly_cases
 from tethernet_learning.campaigns.records import records
 from tethernet_learning.campaigns.variations import random_positions
+from tethernet_learning.evaluation.policy_scores import evaluate
+from tethernet_learning.flight_settings import flights_of
 from tethernet_planner import policies
 from tethernet_sim.fly import Settings
 
@@ -55,3 +58,22 @@ def test_a_policy_that_fails_at_one_scenario_costs_that_one_only(monkeypatch):
     assert "not there" in first["error"]
     assert not first["captured"]
     assert second["error"] == ""
+
+
+def test_all_policies_fly_with_the_same_random_draw_of_the_assumed_numbers():
+    system = zenit(4)
+    flights = flights_of([], [system])
+    chosen = {system: [policies.NOMINAL, policies.RL]}
+    [described] = evaluate(chosen, 3, 5, flights)
+    [drawn] = evaluate(chosen, 3, 5, flights, assumed=RANDOM)
+    systems = {name: {case.scenario.system.digest for case in cases} for name, cases in drawn.cases.items()}
+    assert systems[policies.NOMINAL] == systems[policies.RL], "one draw for these three, whoever aims"
+    assert len(systems[policies.RL]) == 1
+    assert systems[policies.RL] != {system.digest}
+    for name in (policies.NOMINAL, policies.RL):
+        aims = [[case.scenario.aiming_offsets for case in e.cases[name]] for e in (described, drawn)]
+        assert aims[0] == aims[1], "aimed for the system as it is described"
+        fuel = [[sum(outcome.fuel_kg) for outcome in e.outcomes[name]] for e in (described, drawn)]
+        assert all(a != b for a, b in zip(*fuel, strict=True))
+        assert not any(outcome.error for outcome in drawn.outcomes[name])
+    assert drawn.compared()[policies.RL].pairs == 3

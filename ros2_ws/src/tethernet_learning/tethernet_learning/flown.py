@@ -52,3 +52,18 @@ def from_outcomes(outcomes: Sequence[Outcome], system: System) -> Flown:
         np.array([outcome.mouth_area_m2 or 0.0 for outcome in outcomes]),
         system,
     )
+
+
+def together(parts: Sequence[Flown], order: Sequence[int]) -> Flown:
+    """Episodes that were flown in parts.
+
+    Args:
+        parts: of one system, at least one.
+        order: the place of each of their episodes among all, one part after the other.
+    """
+    place = np.argsort(np.asarray(order, int))
+    arrays = {
+        name: np.concatenate([getattr(part, name) for part in parts])[place]
+        for name in ("cqi", "locked_pairs", "fuel_kg", "mouth_area_m2")
+    }
+    return Flown(mus=parts[0].mus, system=parts[0].system, **arrays)

@@ -22,6 +22,7 @@ class Purpose(enum.IntEnum):
     OFFSET_OPTIMISATION = 5
     REWARD_REFERENCES = 6
     PREDICTION_NOISE = 7
+    ASSUMED_NUMBERS = 8
 
 
 def sequence(purpose: Purpose, seed: int, number: int) -> np.random.SeedSequence:

@@ -19,15 +19,13 @@ from tethernet_core.system.changing import changed
 from tethernet_core.system.option import add_system, chosen_system
 from tethernet_learning.campaigns.statistics import Estimate, Summary
 from tethernet_learning.campaigns.sweep import fly, mean_pairs
+from tethernet_learning.stable_step import stable_step_s
 from tethernet_sim.fly import Settings
 from tethernet_sim.settings import PhysicsParameters
-from tethernet_sim.stability import largest_step_of
 
 NAME = "convergence"
 CHUNK = 8
 """Missions that are flown, and kept, at a time: some rows take minutes for each."""
-_LARGEST_SHARE = 0.999
-"""Of the largest stable step: the control period is a whole number of steps anyway."""
 
 
 @dataclass(frozen=True)
@@ -78,11 +76,9 @@ def variant(row: Row, base: System) -> tuple[System, Settings]:
     system, own = changed(base, entries), dict(base.parameters.get("physics", {}))
     physics = load(PhysicsParameters, own)
     wanted = {**row.physics, "contact_stiffness_n_m": row.stiffness * physics.contact_stiffness_n_m}
-    control = Settings.load(base).control
-    largest = _LARGEST_SHARE * largest_step_of(system, load(PhysicsParameters, {**own, **wanted}))
-    step_s = row.step * physics.time_step_s
-    if step_s > largest:
-        step_s = control.control_period_s / math.ceil(control.control_period_s / largest)
+    step_s = stable_step_s(
+        system, load(PhysicsParameters, {**own, **wanted}), Settings.load(base).control, row.step * physics.time_step_s
+    )
     return system, Settings.load(system, physics={**wanted, "time_step_s": step_s})
 
 

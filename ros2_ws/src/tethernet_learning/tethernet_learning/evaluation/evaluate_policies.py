@@ -15,7 +15,7 @@ from tethernet_core.errors import InputError
 from tethernet_core.subcommand import Parser, Subcommand, number, whole_number
 from tethernet_core.system import System
 from tethernet_core.system.option import add_systems, chosen_systems
-from tethernet_learning import flight_settings, measured, workers
+from tethernet_learning import assumed_numbers, flight_settings, measured, workers
 from tethernet_learning.campaigns import pictures, tables
 from tethernet_learning.campaigns.arguments import FASTEST_DEG_S
 from tethernet_learning.campaigns.cases import outcome_columns, row
@@ -63,13 +63,16 @@ def _run(options: argparse.Namespace, flights: flight_settings.Flights, chosen: 
         progress.add(len(outcomes), sum(bool(outcome.error) for outcome in outcomes))
 
     turned = Turned(options.attitude == "random", options.tumble_rate)
-    evaluated = evaluate(chosen, options.scenarios, options.seed, flights, options.chunk, options.cluster, tell, turned)
+    evaluated = evaluate(
+        chosen, options.scenarios, options.seed, flights, options.chunk, options.cluster, tell, turned, options.assumed
+    )
     facts = {
         "scenarios": options.scenarios,
         "stream": Purpose.POLICY_EVALUATION.name,
         "seed": options.seed,
         "attitude": options.attitude,
         "tumble_rate_deg_s": options.tumble_rate,
+        "assumed": options.assumed,
         "set": flight_settings.replaced(options),
         "flight_digest": flight_digest(),
         "flight_parameters": fingerprints(settings_by_system(flights)),
@@ -143,6 +146,11 @@ def _add_arguments(parser: Parser) -> None:
     add(
         "--tumble-rate", type=number(0.0, FASTEST_DEG_S, "deg/s"), default=0.0, metavar="DEG_S",
         help="the debris turns so fast about a random axis [deg/s]; default 0",
+    )  # fmt: skip
+    add(
+        "--assumed", choices=assumed_numbers.CHOICES, default=assumed_numbers.AS_DESCRIBED,
+        help="numbers that nobody has measured (threads' damping, fold factor, friction, stiffness of tether and "
+        "winches): as described (default), or random, drawn anew for every few scenarios, the same for all policies",
     )  # fmt: skip
     positive = whole_number(1)
     add("--scenarios", type=positive, default=100, metavar="N", help="for each system and policy, default 100")

@@ -9,19 +9,20 @@ from pathlib import Path
 from typing import Any
 
 from tethernet_core.system import System
+from tethernet_learning import assumed_numbers
 from tethernet_learning.campaigns.cases import Case, aim, as_flown
 from tethernet_learning.campaigns.chunks import fly_chunks
 from tethernet_learning.campaigns.records import records
 from tethernet_learning.campaigns.statistics import Estimate
 from tethernet_learning.evaluation.comparison import Comparison, compare
-from tethernet_learning.flight_settings import Flights, settings_by_system
+from tethernet_learning.flight_settings import Flight, Flights, settings_by_system
 from tethernet_learning.paper_figures import PAPER
 from tethernet_learning.random_scenarios import STILL, Turned, random_scenarios
 from tethernet_learning.seeds import Purpose
 from tethernet_planner import policies
 from tethernet_planner.inference import shipped_models
 from tethernet_planner.inference.policy_file import AimingPolicy
-from tethernet_sim.fly import CHUNK
+from tethernet_sim.fly import CHUNK, Settings
 from tethernet_sim.scenario import Outcome
 
 GROUP = "evaluation"
@@ -83,6 +84,7 @@ def evaluate(
     cluster: str | None = None,
     progress: Callable[[Sequence[Outcome]], None] = lambda _: None,
     turned: Turned = STILL,
+    assumed: str = assumed_numbers.AS_DESCRIBED,
 ) -> list[Evaluated]:
     """Fly every policy on the scenarios of the stream that is kept for this.
 
@@ -95,14 +97,23 @@ def evaluate(
         cluster: see :func:`tethernet_learning.workers.run`.
         progress: gets the outcomes that have come.
         turned: how the debris lies and turns.
+        assumed: one of :data:`.assumed_numbers.CHOICES`; drawn numbers are the same for all policies.
     """
-    aimed = {
-        system: {name: as_flown(_cases(system, name, count, seed, turned), flights) for name in names}
-        for system, names in chosen.items()
-    }
+    settings = settings_by_system(flights)
+    aimed: dict[System, dict[str, list[Case]]] = {}
+    for system, names in chosen.items():
+        aimed[system] = {}
+        for name in names:
+            cases = _cases(system, name, count, seed, turned)
+            if assumed == assumed_numbers.RANDOM:
+                cases, drawn = _drawn(cases, flights[system])
+                settings |= drawn
+            else:
+                cases = as_flown(cases, flights)
+            aimed[system][name] = cases
     all_cases = [case for by_policy in aimed.values() for cases in by_policy.values() for case in cases]
     flown: list[Outcome] = []
-    for outcomes in fly_chunks(all_cases, settings_by_system(flights), chunk, cluster):
+    for outcomes in fly_chunks(all_cases, settings, chunk, cluster):
         flown += outcomes
         progress(outcomes)
     rest = iter(flown)
@@ -112,6 +123,18 @@ def evaluate(
         )
         for system, by_policy in aimed.items()
     ]
+
+
+def _drawn(cases: Sequence[Case], flight: Flight) -> tuple[list[Case], dict[System, Settings]]:
+    """Cases with the assumed numbers drawn, and the parameters of their flights by system."""
+    flown, settings = list(cases), {}
+    for numbers, seed in assumed_numbers.groups([case.scenario for case in cases]):
+        with_draw, _ = assumed_numbers.drawn(flight, seed)
+        settings[with_draw.system] = with_draw.settings
+        for number in numbers:
+            scenario = dataclasses.replace(cases[number].scenario, system=with_draw.system)
+            flown[number] = dataclasses.replace(cases[number], scenario=scenario)
+    return flown, settings
 
 
 def _cases(system: System, policy: str, count: int, seed: int, turned: Turned) -> list[Case]:

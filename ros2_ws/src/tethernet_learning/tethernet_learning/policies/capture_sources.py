@@ -9,8 +9,10 @@ from typing import Protocol
 
 import numpy as np
 
+from tethernet_learning import assumed_numbers
 from tethernet_learning.data.trigger import fly_and_look
-from tethernet_learning.flown import CQI_LIMIT, Flown, from_outcomes
+from tethernet_learning.flight_settings import Flight
+from tethernet_learning.flown import CQI_LIMIT, Flown, from_outcomes, together
 from tethernet_learning.seeds import Purpose
 from tethernet_planner.inference.surrogate_file import NOISES, Surrogate
 from tethernet_sim.fly import Settings, fly_many
@@ -23,9 +25,11 @@ SURROGATE = "surrogate"
 class Source(Protocol):
     """Flies episodes."""
 
-    def fly(self, scenarios: Sequence[Scenario]) -> Flown:
+    def fly(self, scenarios: Sequence[Scenario], flight: Flight | None = None) -> Flown:
         """Args:
-        scenarios: of one system.
+        scenarios: of one system, as it is described; it judges what comes out.
+        flight: the system and parameters that they are flown with instead; None: as described, with the parameters
+            that the source was made with.
         """
 
 
@@ -35,9 +39,9 @@ class FullSimulation:
     def __init__(self, settings: Settings):
         self._settings = settings
 
-    def fly(self, scenarios: Sequence[Scenario]) -> Flown:
+    def fly(self, scenarios: Sequence[Scenario], flight: Flight | None = None) -> Flown:
         """See :class:`Source`."""
-        return from_outcomes(fly_many(scenarios, self._settings), scenarios[0].system)
+        return from_outcomes(fly_many(*_as_flown(scenarios, self._settings, flight)), scenarios[0].system)
 
 
 class SurrogateCapture:
@@ -56,18 +60,18 @@ class SurrogateCapture:
         """
         self._settings, self._surrogate, self._noise = settings, surrogate, noise
 
-    def fly(self, scenarios: Sequence[Scenario]) -> Flown:
+    def fly(self, scenarios: Sequence[Scenario], flight: Flight | None = None) -> Flown:
         """See :class:`Source`.
 
         Raises:
             ModelFileError: for scenarios of a system that the surrogate was not made for.
         """
-        outcomes, seen = fly_and_look(scenarios, self._settings, stop_at_trigger=True)
+        outcomes, seen = fly_and_look(*_as_flown(scenarios, self._settings, flight), stop_at_trigger=True)
         flown = from_outcomes(outcomes, scenarios[0].system)
         closing = np.array([i for i, row in enumerate(seen) if row is not None], dtype=int)
         if not len(closing):
             return flown
-        self._surrogate.check_system(flown.system)
+        self._surrogate.check_system(scenarios[0].system)
         predicted = self._surrogate.predict_many(np.array([seen[i] for i in closing]))
         draws = np.array([_draw(scenarios[i].seed) for i in closing])
         cqi_error, pairs_error = self._surrogate.draw_errors(predicted, draws, self._noise, scenarios[0].system)
@@ -79,6 +83,38 @@ class SurrogateCapture:
         total = flown.fuel_kg.copy()
         total[closing] += predicted.closing_fuel_kg
         return dataclasses.replace(flown, cqi=all_cqi, locked_pairs=all_pairs, fuel_kg=total)
+
+
+class RandomlyAssumed:
+    """Another source with the numbers that nobody has measured drawn at random, for each group of scenarios anew.
+
+    A surrogate knows captures with the numbers that it was trained with: with it the draws change what comes before.
+    """
+
+    def __init__(self, source: Source, base: Flight):
+        """Args:
+        source: flies.
+        base: what is flown as it is described; the numbers that are not drawn are its.
+        """
+        self._source, self._base = source, base
+
+    def fly(self, scenarios: Sequence[Scenario], flight: Flight | None = None) -> Flown:
+        """See :class:`Source`."""
+        base = flight or self._base
+        parts, order = [], []
+        for numbers, seed in assumed_numbers.groups(scenarios):
+            flown_with, _ = assumed_numbers.drawn(base, seed)
+            parts.append(self._source.fly([scenarios[number] for number in numbers], flown_with))
+            order += numbers
+        return together(parts, order)
+
+
+def _as_flown(
+    scenarios: Sequence[Scenario], settings: Settings, flight: Flight | None
+) -> tuple[Sequence[Scenario], Settings]:
+    if flight is None:
+        return scenarios, settings
+    return [dataclasses.replace(scenario, system=flight.system) for scenario in scenarios], flight.settings
 
 
 def _draw(scenario_seed: int) -> np.ndarray:

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from tethernet_core.system import System
+from tethernet_learning import assumed_numbers
 from tethernet_learning.symmetries import group
 from tethernet_planner.inference import task
 from tethernet_planner.inference.task import Task, aimed_task_of
@@ -30,6 +31,8 @@ class EpisodeSettings:
     """What captures come to: ``surrogate`` [P] or ``full``."""
     noise: str = "split"
     """Of the surrogate, one of :data:`.surrogate_file.NOISES`; ``paper`` [P]."""
+    assumed: str = assumed_numbers.AS_DESCRIBED
+    """Numbers that nobody has measured, one of :data:`.assumed_numbers.CHOICES`: as described, or drawn at random."""
 
     def __post_init__(self) -> None:
         """Raises:
@@ -37,6 +40,8 @@ class EpisodeSettings:
         """
         if self.symmetry not in task.SYMMETRIES:
             raise ValueError(f"symmetry {self.symmetry!r}; allowed: {', '.join(task.SYMMETRIES)}")
+        if self.assumed not in assumed_numbers.CHOICES:
+            raise ValueError(f"assumed {self.assumed!r}; allowed: {', '.join(assumed_numbers.CHOICES)}")
 
     @property
     def task(self) -> Task:

@@ -11,7 +11,8 @@ from typing import Any, TypeVar
 from tethernet_core.errors import InputError
 from tethernet_core.subcommand import Parser, whole_number
 from tethernet_core.system.option import add_system, chosen_system
-from tethernet_learning.flight_settings import settings_fingerprint
+from tethernet_learning import assumed_numbers
+from tethernet_learning.flight_settings import Flight, settings_fingerprint
 from tethernet_learning.policies import capture_sources as sources
 from tethernet_learning.policies.episode_settings import EpisodeSettings
 from tethernet_learning.policies.reward import REFERENCES_FILE, VARIANTS, Reward, references
@@ -27,6 +28,7 @@ _CHOICES = {
     "symmetry": task.SYMMETRIES,
     "source": (sources.SURROGATE, sources.FULL),
     "noise": NOISES,
+    "assumed": assumed_numbers.CHOICES,
 }
 
 
@@ -93,6 +95,14 @@ def prepare(
     file = surrogate_file if settings.source == sources.SURROGATE else None
     reward = Reward.load(system, settings.reward, references_file)
     source = sources.make(settings.source, flights, file, settings.noise)
+    if settings.assumed == assumed_numbers.RANDOM:
+        source = sources.RandomlyAssumed(source, Flight(system, flights))
+        if file:
+            print(
+                "warning: the surrogate knows captures with the described numbers only; --source full draws them for "
+                "captures too",
+                file=sys.stderr,
+            )
     fingerprint = settings_fingerprint(flights)
     if references(references_file)[system.name].get("flight_parameters") != fingerprint:
         print(
