@@ -158,6 +158,14 @@ def test_a_missed_mission_has_an_end_and_no_trigger():
     assert content["end_time_s"] == 40.0
 
 
+@pytest.mark.parametrize(("reason", "told"), [("on request", "on request"), ("", "no reason was given")])
+def test_an_abort_is_told_with_its_reason(reason, told):
+    record = FlightRecord(system=load_system("zenit_4mu"), seed=1, policy="nominal")
+    record.take_state(state(Phase.DEPLOYING))
+    record.take_state(state(Phase.ABORTED, reason=reason))
+    assert outcome.build(record)["verdict"] == f"aborted: {told}"
+
+
 def test_exit_statuses():
     assert outcome.exit_status(flown()) == ExitStatus.CAPTURED == 0
     assert outcome.exit_status(flown(captured=False)) == ExitStatus.NOT_CAPTURED == 3

@@ -274,7 +274,7 @@ class Flight:
                 self._memory_due = None
                 self._measure_memory()
         if self._record.phase == Phase.ABORTED:
-            raise MissionFaultError(f"the mission was aborted: {self._record.reason}")
+            raise MissionFaultError(f"the mission was aborted: {self._record.why_aborted}")
 
     def _await_verdict(self) -> None:
         """Wait for the assessor's verdict and for the last accounts."""

@@ -90,6 +90,11 @@ class FlightRecord:
         return self.state.reason if self.state is not None else ""
 
     @property
+    def why_aborted(self) -> str:
+        """The reason of an abort, in words where nothing is said."""
+        return self.reason or "no reason was given"
+
+    @property
     def launched(self) -> bool:
         """True once a launch time is known."""
         return self.launch_ns is not None
@@ -249,7 +254,7 @@ def verdict(record: FlightRecord) -> str:
         when = f"{record.time_s:.1f} s after launch" if record.time_s is not None else "before launch"
         return f"ended by {record.interrupted_by} {when}: no verdict"
     if record.phase == Phase.ABORTED:
-        return f"aborted: {record.reason}"
+        return f"aborted: {record.why_aborted}"
     return "no verdict"
 
 
