@@ -5,8 +5,8 @@ import pytest
 
 from tests.systems import zenit
 from tethernet_learning import measured
+from tethernet_learning.campaigns.comparison import compare
 from tethernet_learning.evaluation import policy_scores as evaluation
-from tethernet_learning.evaluation.comparison import compare
 from tethernet_learning.flight_settings import Flight
 from tethernet_learning.paper_figures import PAPER
 from tethernet_planner import policies

@@ -13,10 +13,10 @@ from tests.systems import zenit
 from tethernet_learning import seeds
 from tethernet_learning.campaigns.cases import Case
 from tethernet_learning.campaigns.chunks import failed
+from tethernet_learning.campaigns.comparison import compare
 from tethernet_learning.campaigns.report import read, table
 from tethernet_learning.evaluation import policy_scores as evaluation
 from tethernet_learning.evaluation import report as evaluation_report
-from tethernet_learning.evaluation.comparison import compare
 from tethernet_learning.flight_settings import Flight
 from tethernet_learning.random_scenarios import STILL, Turned, random_scenarios
 from tethernet_planner import policies

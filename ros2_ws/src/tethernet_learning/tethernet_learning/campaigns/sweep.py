@@ -17,12 +17,15 @@ from tethernet_core.system.changing import changed
 from tethernet_core.system.option import DEFAULT, add_system, chosen_system
 from tethernet_learning.campaigns import pictures, provenance
 from tethernet_learning.campaigns import variations as sources
+from tethernet_learning.campaigns.cases import aim, as_flown
 from tethernet_learning.campaigns.columns import rebuild
 from tethernet_learning.campaigns.results import Results
 from tethernet_learning.campaigns.run import resume
 from tethernet_learning.campaigns.statistics import Summary, summarise
-from tethernet_learning.flight_settings import changed_system
+from tethernet_learning.flight_settings import Flight, changed_system
+from tethernet_planner import policies
 from tethernet_sim.fly import Settings
+from tethernet_sim.scenario import Outcome
 
 CHUNK = 64
 _PAPER_GAINS = {"kp": 10.0, "ki": 6.0, "kd": 6.0}
@@ -96,6 +99,25 @@ def fly(
     total: int | None = None,
     chunk: int = CHUNK,
 ) -> dict[str, Summary] | None:
+    """Fly every variant with the nominal aiming points; see :func:`outcomes`. Statistics by name, or None when
+    interrupted.
+    """
+    flown = outcomes(variants, count, seed, folder, first=first, total=total, chunk=chunk)
+    return None if flown is None else {name: summarise(of_variant) for name, of_variant in flown.items()}
+
+
+def outcomes(
+    variants: dict[str, tuple[System, Settings]],
+    count: int,
+    seed: int,
+    folder: Path,
+    *,
+    first: int = 1,
+    total: int | None = None,
+    chunk: int = CHUNK,
+    aimed_by: str = policies.NOMINAL,
+    aimed_for: System | None = None,
+) -> dict[str, list[Outcome]] | None:
     """Fly every variant, each into a file of its own; what is there already is not flown again.
 
     Args:
@@ -106,25 +128,31 @@ def fly(
         first: number of the first variant, by which its file is named.
         total: of so many, as progress is reported; None: as many as there are here.
         chunk: so many missions are flown, and kept, at a time.
+        aimed_by: the policy.
+        aimed_for: the system that it is asked for; None: each variant's own.
 
     Returns:
-        Statistics by name, or None when interrupted.
+        Outcomes by name, in the order of the scenarios, or None when interrupted.
 
     Raises:
         CampaignError: when a file there was made with other settings or code.
+        PolicyError: when the policy cannot be loaded or was made for another system.
     """
-    from tethernet_sim.scenario import Outcome
-
     found = {}
     for number, (name, (system, settings)) in enumerate(variants.items(), start=first):
-        cases = sources.random_positions(system, count, seed, settings.mission)
+        own = aimed_for or system
+        cases = aim(sources.random_positions(own, count, seed, settings.mission), aimed_by)
+        cases = as_flown(cases, {own: Flight(system, settings)})
         source = {"name": "sweep", "variant": name, "seed": seed, "scenarios": count}
         file = folder / f"{system.name}_{number:02d}.csv"
+        if aimed_by != policies.NOMINAL:
+            source["policy"] = policies.fingerprint(aimed_by, own)
+            file = folder / f"{system.name}_{number:02d}_{Path(aimed_by).stem}.csv"
         with Results(file, provenance.describe(source, cases, {system: settings})) as results:
             print(f"{number} of {total or len(variants)}: {name}", file=sys.stderr)
             if not results.complete and not resume(results, cases, {system: settings}, chunk):
                 return None
-            found[name] = summarise([rebuild(Outcome, row) for row in results.rows])
+            found[name] = [rebuild(Outcome, row) for row in results.rows]
     return found
 
 

@@ -12,9 +12,9 @@ from tethernet_core.system import System
 from tethernet_learning import assumed_numbers
 from tethernet_learning.campaigns.cases import Case, aim, as_flown
 from tethernet_learning.campaigns.chunks import fly_chunks
+from tethernet_learning.campaigns.comparison import Comparison, compare
 from tethernet_learning.campaigns.records import records
 from tethernet_learning.campaigns.statistics import Estimate
-from tethernet_learning.evaluation.comparison import Comparison, compare
 from tethernet_learning.flight_settings import Flight, Flights, settings_by_system
 from tethernet_learning.paper_figures import PAPER
 from tethernet_learning.random_scenarios import STILL, Turned, random_scenarios

@@ -10,8 +10,8 @@ from typing import Any
 from tethernet_core.aiming import FALLBACK
 from tethernet_core.capture_quality import tight
 from tethernet_learning.campaigns import pictures
+from tethernet_learning.campaigns.comparison import Comparison
 from tethernet_learning.campaigns.statistics import Estimate, summarise
-from tethernet_learning.evaluation.comparison import Comparison
 from tethernet_learning.evaluation.policy_scores import Evaluated
 from tethernet_learning.paper_figures import PAPER, PaperFigures
 from tethernet_planner import policies
