@@ -35,6 +35,10 @@ ATTITUDE = (-0.5, 0.5, 0.0, math.sqrt(0.5))  # long axis, body z, along (1, 1, 0
 RADIUS_M, HALF_LENGTH_M = 1.95, 5.55
 LATE_MU, LATE_TICKS = 3, 2
 """MU 3 hears of the trigger this much later than the others."""
+TOW_N = 20.0
+"""Tension of the main tether in a hold test; the chaser follows it from its start on."""
+LOAD_PER_S, CONTACT_N = 0.002, 7.0
+"""Load of the threads, which grows with time, and force of contact."""
 THRUST_N = 1.5
 FUEL_KG_S = THRUST_N / (9.81 * 60.0)
 RUN_INFO = {
@@ -83,13 +87,19 @@ def locked_pairs(time_s: float, mus: int = 8) -> int:
     return int(min(max(time_s - TRIGGER_S - 5.0, 0.0), zenit(mus).closing.max_locked_pairs))
 
 
-def messages(mus: int = 8, end_s: float = END_S, *, seed: int = 7) -> Iterator[tuple[str, object]]:
+def end_of_hold(hold_s: float) -> float:
+    """When a hold test that is so long is over [s]."""
+    return END_S + PERIOD_NS * 1e-9 + hold_s
+
+
+def messages(mus: int = 8, end_s: float = END_S, *, seed: int = 7, hold_s: float = 0.0) -> Iterator[tuple[str, object]]:
     """All messages of the mission in the order in which they are said.
 
     Args:
         mus: 4 or 8.
         end_s: the tape is cut here [s].
         seed: of the sensor noise.
+        hold_s: length of a hold test [s]; 0: none. It goes well.
     """
     kinds = {topic.name: topic.type_name for topic in mission_topics(mus)}
     rng = np.random.default_rng(seed)
@@ -97,14 +107,14 @@ def messages(mus: int = 8, end_s: float = END_S, *, seed: int = 7) -> Iterator[t
     yield "/debris/odom", _odometry(new, "/debris/odom", START_NS, DEBRIS, ATTITUDE)
     for sequence, phase in ((1, MissionState.ARMED), (2, MissionState.DEPLOYING)):
         for confirmed in (False, True):
-            yield "/mission/state", _state(new, START_NS, phase, sequence, confirmed, mus)
+            yield "/mission/state", _state(new, START_NS, phase, sequence, confirmed, mus, hold_s)
     for tick in range(round(end_s * 1e9 / PERIOD_NS) + 1):
         stamp, time_s = START_NS + tick * PERIOD_NS, tick * PERIOD_NS * 1e-9
-        yield from _tick(new, rng, mus, tick, stamp, time_s)
+        yield from _tick(new, rng, mus, tick, stamp, time_s, hold_s)
 
 
 @functools.cache
-def serialized(mus: int = 8, end_s: float = END_S) -> list[tuple[int, int, bytes]]:
+def serialized(mus: int = 8, end_s: float = END_S, hold_s: float = 0.0) -> list[tuple[int, int, bytes]]:
     """The same as (number of the topic in mission_topics, stamp [ns], bytes).
 
     Made once: the middleware leaves random bytes in the gaps between fields, so twice is not the same.
@@ -112,7 +122,7 @@ def serialized(mus: int = 8, end_s: float = END_S) -> list[tuple[int, int, bytes
     result = []
     number = {topic.name: index for index, topic in enumerate(mission_topics(mus))}
     readers = [StampReader.of(installed_type(topic.type_name)) for topic in mission_topics(mus)]
-    for name, message in messages(mus, end_s):
+    for name, message in messages(mus, end_s, hold_s=hold_s):
         data = serialize_message(message)
         result.append((number[name], readers[number[name]](data), data))
     return result
@@ -126,7 +136,9 @@ def bag_topics(mus: int = 8) -> list[BagTopic]:
     ]
 
 
-def write_bag(folder: Path, mus: int = 8, end_s: float = END_S, *, without=(), flush_every_s: float = 1.0) -> Path:
+def write_bag(
+    folder: Path, mus: int = 8, end_s: float = END_S, *, without=(), flush_every_s: float = 1.0, hold_s: float = 0.0
+) -> Path:
     """Record the mission.
 
     Args:
@@ -135,13 +147,14 @@ def write_bag(folder: Path, mus: int = 8, end_s: float = END_S, *, without=(), f
         end_s: the tape is cut here [s].
         without: topics to leave out.
         flush_every_s: mission time between two flushes [s].
+        hold_s: length of a hold test [s]; 0: none.
     """
     topics = bag_topics(mus)
     kept = [topic for topic in topics if topic.name not in without]
     number = {index: kept.index(topic) for index, topic in enumerate(topics) if topic in kept}
     writer = BagWriter(folder, kept, run_info=as_texts(RUN_INFO | {"mus": str(mus)}))
     next_flush, counter = START_NS * 1e-9, [0] * len(topics)
-    for index, stamp, data in serialized(mus, end_s):
+    for index, stamp, data in serialized(mus, end_s, hold_s):
         if index not in number:
             continue
         if stamp * 1e-9 >= next_flush:
@@ -153,7 +166,7 @@ def write_bag(folder: Path, mus: int = 8, end_s: float = END_S, *, without=(), f
     return folder
 
 
-def _tick(new, rng, mus, tick, stamp, time_s):
+def _tick(new, rng, mus, tick, stamp, time_s, hold_s):
     clock = new["/clock"]()
     _stamp(clock.clock, stamp)
     yield "/clock", clock
@@ -178,12 +191,17 @@ def _tick(new, rng, mus, tick, stamp, time_s):
         yield "/capture/assessment", _assessment(new, mus, stamp, time_s)
     if math.isclose(time_s, TRIGGER_S):
         for confirmed in (False, True):
-            yield "/mission/state", _state(new, stamp - PERIOD_NS, MissionState.CLOSING, 3, confirmed, mus)
+            yield "/mission/state", _state(new, stamp - PERIOD_NS, MissionState.CLOSING, 3, confirmed, mus, hold_s)
         yield "/capture/assessment", _assessment(new, mus, stamp, time_s, CaptureAssessment.TRIGGER)
     if math.isclose(time_s, END_S):
+        after = MissionState.HOLDING if hold_s else MissionState.COMPLETE
         for confirmed in (False, True):
-            yield "/mission/state", _state(new, stamp, MissionState.COMPLETE, 4, confirmed, mus)
+            yield "/mission/state", _state(new, stamp, after, 4, confirmed, mus, hold_s)
         yield "/capture/assessment", _assessment(new, mus, stamp, time_s, CaptureAssessment.FINAL)
+    if hold_s and math.isclose(time_s, end_of_hold(hold_s)):
+        for confirmed in (False, True):
+            yield "/mission/state", _state(new, stamp, MissionState.COMPLETE, 5, confirmed, mus, hold_s)
+        yield "/capture/assessment", _assessment(new, mus, stamp, time_s, CaptureAssessment.HELD)
     heartbeat = new["/planner/heartbeat"]()
     _stamp(heartbeat.stamp, stamp)
     yield "/planner/heartbeat", heartbeat
@@ -240,7 +258,7 @@ def _odometry(new, topic, stamp, position, attitude=(0.0, 0.0, 0.0, 1.0)):
     return message
 
 
-def _state(new, stamp, phase, sequence, confirmed, mus):
+def _state(new, stamp, phase, sequence, confirmed, mus, hold_s):
     message = new["/mission/state"](phase=phase, sequence=sequence, confirmed=confirmed, mu_count=mus, policy="nominal")
     _head(message, stamp)
     _xyz(message.debris_position, DEBRIS)
@@ -249,6 +267,11 @@ def _state(new, stamp, phase, sequence, confirmed, mus):
     if phase >= MissionState.CLOSING:
         _stamp(message.closing_time, START_NS + round(TRIGGER_S * 1e9))
         _stamp(message.end_time, START_NS + round(END_S * 1e9))
+    if hold_s:
+        message.hold_duration, message.tow = hold_s, TOW_N
+        if sequence > 3:
+            _stamp(message.hold_time, START_NS + round(END_S * 1e9) + PERIOD_NS)
+            _stamp(message.hold_end_time, START_NS + round(end_of_hold(hold_s) * 1e9))
     return message
 
 
@@ -288,6 +311,10 @@ def _net(new, mus, stamp, time_s, positions):
     message.knot_velocities = array.array("f", bytes(4 * points.size))
     message.mu_positions = array.array("f", np.array(positions, np.float32).tobytes())
     message.mu_velocities = array.array("f", bytes(4 * 3 * mus))
+    message.load_share_valid = message.contact_force_valid = True
+    message.load_share = message.max_load_share = LOAD_PER_S * time_s
+    message.contact_force = message.max_contact_force = CONTACT_N
+    message.tether_tension = TOW_N if time_s > END_S else 0.0
     message.locked = [i < locked_pairs(time_s, mus) for i in range(pairs)]
     return message
 
@@ -307,9 +334,20 @@ def _assessment(new, mus, stamp, time_s, stage=CaptureAssessment.PROGRESS):
         max_locked_pairs=system.closing.max_locked_pairs,
         required_locked_pairs=system.capture.required_locked_pairs,
         source="net_state",
+        load_share_valid=True,
+        max_load_share=LOAD_PER_S * time_s,
+        contact_force_valid=True,
+        max_contact_force=CONTACT_N,
+        enclosed_valid=time_s >= TRIGGER_S,
+        enclosed=time_s >= TRIGGER_S + 5.0,
+        mcqi_valid=time_s >= END_S,
+        mcqi=0.3 if time_s >= END_S else 0.0,
     )
     _head(message, stamp)
     if stage == CaptureAssessment.FINAL:
         message.captured = True
         message.verdict = "captured: CQI 0.90 below 2.5, 8 of 8 pairs locked"
+    if stage == CaptureAssessment.HELD:
+        message.held_valid = message.held = True
+        message.hold_verdict = "held: the closed net goes round the whole debris"
     return message

@@ -22,7 +22,7 @@ from tethernet_bringup.bags.metadata import BagTopic, qos_profiles
 from tethernet_bringup.bags.reader import open_bag
 from tethernet_bringup.bags.writer import BagWriter
 
-PICTURES = {"tracking.png", "thrust.png", "fuel.png", "capture.png", "snapshots.png", "overview.png"}
+PICTURES = {"tracking.png", "thrust.png", "fuel.png", "capture.png", "loads.png", "snapshots.png", "overview.png"}
 MU_TOPICS = [f"/mu{mu}/{what}" for mu in range(1, 9) for what in ("odom", "thrust", "status")]
 
 
@@ -165,8 +165,12 @@ def test_a_torn_bag_is_analysed_as_far_as_it_goes(run, tmp_path, coarse, capsys)
 @pytest.mark.parametrize(
     ("without", "note", "drawn"),
     [
-        (["/net/state"], "no /net/state: the net is not drawn", PICTURES),
-        (["/debris/odom", "/net/state", "/chaser/odom"], "no /debris/odom: the debris is not drawn", PICTURES),
+        (["/net/state"], "no /net/state: the net is not drawn", PICTURES - {"loads.png"}),
+        (
+            ["/debris/odom", "/net/state", "/chaser/odom"],
+            "no /debris/odom: the debris is not drawn",
+            PICTURES - {"loads.png"},
+        ),
         (["/capture/assessment"], "no capture quality and no verdict", PICTURES),
         (["/mission/state"], "no phases, times count from the first message", PICTURES),
         (["/mu3/odom", "/mu3/status"], "no /muN/status of MU 3: no tracking error and no fuel", PICTURES),

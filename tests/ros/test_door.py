@@ -19,7 +19,7 @@ from std_srvs.srv import Trigger
 
 from tests.faults import hostile
 from tests.ros.sound import mu_status, net_state, odometry
-from tethernet_bringup.mission import outcome
+from tethernet_bringup.mission import outcome, outcome_text
 from tethernet_bringup.mission.live_display import flight_line
 from tethernet_bringup.mission.monitor_node import Monitor
 from tethernet_bringup.mission.outcome import FlightRecord
@@ -331,7 +331,7 @@ def test_no_message_ends_the_command_and_its_outcome_is_written(monkeypatch, dom
             if count % 10 == 0:
                 content = outcome.build(record)
                 text = json.dumps(content, allow_nan=False)
-                lines = [*outcome.describe(record, content, tmp_path, ""), flight_line(record)]
+                lines = [*outcome_text.describe(record, content, tmp_path, ""), flight_line(record)]
                 assert all(line.isprintable() for line in lines), lines
                 assert len(text) < 20_000
         assert all(text.isprintable() and len(text) < 600 for text in f.node.dropped.values())

@@ -13,6 +13,7 @@ from tethernet_bringup.analysis.punctuality import closing_start, late_decisions
 from tethernet_bringup.bags.reader import open_bag
 from tethernet_core.system import load_system
 from tethernet_ros.conversions import nanoseconds
+from tethernet_sim.fly import Settings, fly
 
 pytestmark = pytest.mark.ros
 
@@ -70,6 +71,43 @@ def test_the_default_mission_captures_exactly_as_in_one_process(tmp_path, domain
         assert "CAPTURED" in mission.text
         assert mission.outcome["policy"] == mission.outcome["aiming_sources"][0] == "rl"
         assert_same(mission.outcome, in_process())
+
+
+@pytest.mark.parametrize(("system", "flags"), [("zenit_8mu", ("--tow", "20")), ("zenit_4mu", ())])
+def test_a_hold_test_is_flown_exactly_as_in_one_process(tmp_path, domain_id, system, flags):
+    hold_s = 6.0
+    flags = ("--system", system, "--hold", str(hold_s), *flags, *LOCKSTEP)
+    tow_n = 20.0 if "--tow" in flags else 0.0
+    settings = Settings.load(system, mission={"hold_s": hold_s, "tow_n": tow_n})
+    with MissionCommand(tmp_path, domain_id, *flags) as mission:
+        expected = in_process(settings=settings, system=system)
+        assert mission.finish() == 0, mission.text
+        outcome = mission.outcome
+        assert_same(outcome, expected)
+        assert (outcome["held"], outcome["hold_s"], outcome["tow_n"]) == (True, hold_s, tow_n)
+        assert outcome["hold_end_time_s"] == pytest.approx(outcome["end_time_s"] + 0.05 + hold_s)
+        assert outcome["warnings"] == outcome["faults"] == []
+        for line in (
+            "hold test: 6 s, the chaser",
+            "captured: CQI",
+            "end of the hold test",
+            "HELD   held: the closed net",
+        ):
+            assert line in mission.text
+    data = load(open_bag(mission.run))
+    assert [change.phase.name for change in data.phases][-3:] == ["CLOSING", "HOLDING", "COMPLETE"]
+    assert len(data.net_stamps) == outcome["messages"]["/clock"] == round(outcome["hold_end_time_s"] / 0.05) + 1
+    _, chaser = data.chaser.sorted()
+    described = load_system(system)
+    towed = described.debris.mass_kg + described.net.mass_kg + sum(unit.mass_kg for unit in described.units)
+    thrust = tow_n * (described.chaser.mass_kg + towed) / towed
+    ticks = round(hold_s / 0.05)
+    gained = (chaser[-1, 2] - chaser[-2, 2] - (chaser[-ticks, 2] - chaser[-ticks - 1, 2])) / 0.05
+    slack = thrust / described.chaser.mass_kg * (hold_s - 0.05)
+    assert gained == pytest.approx(slack, rel=0.02, abs=1e-3), "nothing pulls at it yet but its thrusters"
+    loads, forces = data.load_share.values, data.contact.values
+    assert loads.max() == outcome["max_load_share"]
+    assert forces.max() == outcome["max_contact_force_n"]
 
 
 @pytest.mark.parametrize("system", ["hexagonal_6mu", "passive_5m"])
@@ -152,21 +190,26 @@ def late_commands(run, data, trigger_s):
     return max(until) - max(before)
 
 
-def in_process(policy="rl", **scenario):
+def in_process(policy="rl", settings=None, **scenario):
     """The outcome of the default mission, some of it changed, with the aiming points of a policy."""
     from tethernet_learning.campaigns.cases import Case, aim
-    from tethernet_sim.fly import fly
     from tethernet_sim.scenario import Scenario
 
     [case] = aim([Case(Scenario(**scenario), "")], policy)
-    return fly(case.scenario)
+    return fly(case.scenario, settings)
 
 
 def assert_same(over_ros, in_process):
     """Bit for bit: the nodes run the code of the in-process call."""
-    for name in ("captured", "verdict", "cqi", "cqi_all", "locked_pairs", "trigger_time_s", "end_time_s"):
+    for name in (
+        "captured", "verdict", "cqi", "cqi_all", "locked_pairs", "trigger_time_s", "end_time_s", "enclosed", "held",
+        "hold_verdict", "hold_s", "tow_n",
+    ):  # fmt: skip
         assert over_ros[name] == getattr(in_process, name), name
-    for name in ("mouth_area_m2", "net_debris_distance_m", "max_tracking_error_m", "seed", "mus"):
+    for name in (
+        "mcqi", "mouth_area_m2", "net_debris_distance_m", "max_tracking_error_m", "max_load_share",
+        "max_contact_force_n", "seed", "mus",
+    ):  # fmt: skip
         value = getattr(in_process, name)
         assert over_ros[name] == (None if value is None or math.isnan(value) else value), name
     assert tuple(over_ros["fuel_kg"]) == in_process.fuel_kg

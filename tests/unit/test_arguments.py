@@ -26,7 +26,7 @@ def test_every_flag_is_read():
     words = (
         "--mus 4 --debris 8.9 6.2 -44.0 --attitude 0 0 0 1 --tumble 0.1 -2e-2 0 --seed 7 --policy nominal "
         "--pace lockstep --output out --external-mu 3 1 3 --params p.yaml --domain-id 42 --discovery subnet "
-        "--external-timeout 5"
+        "--external-timeout 5 --hold 60 --tow 20.5"
     )
     options = parse(words.split())
     assert options.system == "zenit_4mu"
@@ -35,6 +35,7 @@ def test_every_flag_is_read():
     assert options.tumble == (0.1, -0.02, 0.0)
     assert (options.seed, options.policy, options.pace, options.output) == (7, "nominal", "lockstep", "out")
     assert options.external_mu == [1, 3]
+    assert (options.hold, options.tow) == (60.0, 20.5)
     assert (options.params, options.domain_id, options.discovery, options.external_timeout) == (
         "p.yaml", 42, "subnet", 5.0,
     )  # fmt: skip
@@ -81,6 +82,8 @@ def test_domain_comes_from_the_environment(monkeypatch):
         ("--no-sim --pace lockstep", "--pace lockstep", "--pace realtime"),
         ("--params=", "--params", "nothing given"),
         ("--foo", "--foo", "unrecognized"),
+        ("--hold long", "--hold: 'long'", "not a number"),
+        ("--hold 60 --tow nan", "--tow: nan", "finite numbers"),
     ],
 )
 def test_bad_usage_names_what_was_given_and_what_is_allowed(capsys, words, given, allowed):
@@ -104,7 +107,9 @@ def test_help_tells_the_exit_statuses(capsys):
     with pytest.raises(SystemExit) as ended:
         parse(["--help"])
     assert ended.value.code == 0
-    assert "3 flown but not captured" in capsys.readouterr().out
+    told = capsys.readouterr().out
+    assert "3 flown but not captured" in told
+    assert "python run_mission.py --mus 8 --hold 60 --tow 20" in told
 
 
 def test_bad_usage_is_refused_before_anything_is_installed():

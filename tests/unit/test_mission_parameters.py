@@ -145,6 +145,12 @@ def test_the_recorder_is_told_where_to_record(tmp_path):
         ("", "sim: [", "is not YAML", ""),
         ("", "sim: {kp: 1}", "expected 'NODE: {ros__parameters", ""),
         ("", under("run_mission", graph_timeout_s=0.0), "SupervisorParameters.graph_timeout_s", "1 to 600 s"),
+        ("--hold -5", None, "--hold: MissionParameters.hold_s = -5", "0 to 1000 s"),
+        ("--hold 1e4", None, "--hold: MissionParameters.hold_s = 10000", "0 to 1000 s"),
+        ("--hold 60 --tow 2000", None, "--tow: MissionParameters.tow_n = 2000", "0 to 1000 N"),
+        ("--hold 60 --tow -1", None, "--tow: MissionParameters.tow_n = -1", "0 to 1000 N"),
+        ("--tow 20", None, "--tow: MissionParameters.tow_n = 20 with hold_s = 0", "hold_s above 0 too (--hold S)"),
+        ("", under("planner", tow_n=20.0), "planner: MissionParameters.tow_n = 20", "hold_s above 0 too"),
     ],
 )  # fmt: skip
 def test_what_cannot_be_used_is_named_with_what_is_allowed(tmp_path, words, content, named, allowed):
@@ -152,6 +158,22 @@ def test_what_cannot_be_used_is_named_with_what_is_allowed(tmp_path, words, cont
         resolved(words, tmp_path, content)
     assert named in str(raised.value)
     assert allowed in str(raised.value)
+
+
+def test_a_hold_test_is_asked_of_the_planner_and_makes_the_longest_mission_longer(tmp_path):
+    plain, held = resolved(""), resolved("--hold 60 --tow 20")
+    assert (plain.hold_s, plain.tow_n) == (0.0, 0.0)
+    assert (held.hold_s, held.tow_n) == (60.0, 20.0)
+    assert held.nodes["planner"]["hold_s"] == 60.0
+    assert held.longest_s == plain.longest_s + 60.0
+    assert resolved("--tow 30", tmp_path, under("/**", hold_s=10.0)).tow_n == 30.0
+    assert resolved("", tmp_path, held.yaml()) == held
+
+
+def test_who_tows_without_a_simulator_is_said():
+    options = parse(["--no-sim", "--debris", "0", "0", "-50", "--hold", "60", "--tow", "20"])
+    resolve(options)
+    assert any("the real chaser tows" in notice for notice in options.notices)
 
 
 def test_a_missing_parameter_file_is_named():

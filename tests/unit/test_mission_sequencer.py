@@ -66,6 +66,28 @@ def test_each_state_is_confirmed_when_all_have_echoed_it():
     assert h.sequencer.mission.launch_ns == 0
 
 
+def test_a_hold_test_follows_the_verdict_and_is_confirmed_as_every_change_is():
+    rules = load(MissionParameters, {"hold_s": 2.0, "tow_n": 20.0, "release_docked": False, "regroup_period_s": 0.0})
+    h = Harness(rules=rules).deployed()
+    assert (h.sequencer.mission.hold_s, h.sequencer.mission.tow_n) == (2.0, 20.0)
+    h.tick(480, DEBRIS)
+    h.echo()
+    end = 481 + round(RULES.capture_duration_s / CONTROL.control_period_s)
+    h.tick(end)
+    mission = h.sequencer.mission
+    assert (mission.phase, mission.judged, mission.phase.over) == (Phase.HOLDING, True, False)
+    assert (mission.hold_ns, mission.hold_end_ns) == ((end + 1) * PERIOD, (end + 41) * PERIOD)
+    beats = len(h.beats)
+    h.tick(end + 1)
+    assert len(h.beats) == beats, "no beat before all have confirmed"
+    h.echo()
+    assert len(h.beats) == beats + 1
+    h.tick(end + 40)
+    assert h.sequencer.mission is mission
+    h.tick(end + 41)
+    assert h.sequencer.mission.phase == Phase.COMPLETE
+
+
 def test_planning_gets_its_own_time_limit_on_top():
     h = Harness()
     h.sequencer.start(DEBRIS, "nominal")

@@ -5,7 +5,7 @@ from types import SimpleNamespace
 
 import pytest
 
-from tethernet_bringup.mission import outcome
+from tethernet_bringup.mission import outcome, outcome_text
 from tethernet_bringup.mission.outcome import ExitStatus, FlightRecord
 from tethernet_core.mission import Phase
 from tethernet_core.system import load_system
@@ -26,10 +26,11 @@ def header(seconds):
     return SimpleNamespace(stamp=stamp(seconds), frame_id="launch")
 
 
-def state(phase, launch=0.0, closing=0.0, end=0.0, reason="", sequence=None, planner=7):
+def state(phase, launch=0.0, closing=0.0, end=0.0, reason="", sequence=None, planner=7, hold_s=0.0, tow=0.0):
     return SimpleNamespace(
         phase=int(phase), launch_time=stamp(launch), closing_time=stamp(closing), end_time=stamp(end), reason=reason,
-        sequence=int(phase) if sequence is None else sequence, mission_id=planner,
+        sequence=int(phase) if sequence is None else sequence, mission_id=planner, hold_duration=hold_s, tow=tow,
+        hold_time=stamp(end + 0.05 if hold_s else 0.0), hold_end_time=stamp(end + 0.05 + hold_s if hold_s else 0.0),
     )  # fmt: skip
 
 
@@ -45,7 +46,8 @@ def assessment(seconds, captured=True, cqi=1.5, mouth=420.0):
         header=header(seconds), captured=captured, cqi=cqi, cqi_all=cqi + 0.9,
         locked_pairs=7, max_locked_pairs=8, required_locked_pairs=6,
         mouth_area=mouth, net_debris_distance=0.8, source="net_state", verdict="the debris is held",
-        prediction_valid=False,
+        mcqi=1.1, enclosed_valid=True, enclosed=True, max_load_share=0.25, max_contact_force=800.0,
+        held_valid=False, held=False, hold_verdict="", prediction_valid=False,
     )  # fmt: skip
 
 
@@ -108,6 +110,57 @@ def test_a_flown_mission_is_told_in_full():
     assert content["latency_p99_ms"] == 4.0
     assert list(content["messages"]) == ["/clock", "/mu1/odom"]
     assert (content["seed"], content["mus"], content["policy"], content["commit"]) == (1, 4, "nominal", "abc")
+
+
+def held_test(record, held=True, share=0.4, interrupted=""):
+    """The same flight with a hold test of 60 s, towed with 20 N, at the end of which the load is ``share``."""
+    record.take_state(state(Phase.HOLDING, 0.0, 25.0, 40.0, sequence=8, hold_s=60.0, tow=20.0))
+    if interrupted:
+        record.interrupted_by = interrupted
+        return record
+    record.take_state(state(Phase.COMPLETE, 0.0, 25.0, 40.0, sequence=9, hold_s=60.0, tow=20.0))
+    hold = assessment(100.05, captured=False, cqi=0.5)
+    hold.held_valid, hold.held = held is not None, held is True
+    hold.hold_verdict, hold.max_load_share, hold.enclosed = "as it is", share, held is True
+    record.hold = record.progress = hold
+    return record
+
+
+def test_a_hold_test_stands_beside_the_verdict():
+    content = outcome.build(held_test(flown()))
+    assert (content["captured"], content["held"], content["hold_verdict"]) == (True, True, "as it is")
+    assert (content["hold_s"], content["tow_n"]) == (60.0, 20.0)
+    assert (content["end_time_s"], content["hold_end_time_s"]) == pytest.approx((40.0, 100.05))
+    assert (content["cqi"], content["mcqi"], content["enclosed"]) == (1.5, 1.1, True), "of the verdict"
+    assert (content["max_load_share"], content["max_contact_force_n"]) == (0.4, 800.0), "of the whole mission"
+    assert content["exit_status"] == 0
+    lost = outcome.build(held_test(flown(), held=False))
+    assert (lost["captured"], lost["held"], lost["exit_status"], lost["enclosed"]) == (True, False, 0, True)
+    assert outcome.build(held_test(flown(), held=None))["held"] is None
+    plain = outcome.build(flown())
+    assert (plain["held"], plain["hold_verdict"], plain["hold_s"], plain["hold_end_time_s"]) == (None, None, 0.0, None)
+    assert plain["max_load_share"] == 0.25
+
+
+def test_the_headline_says_both(tmp_path):
+    for held, word in (
+        (True, "  HELD   as it is"),
+        (False, "  NOT HELD   as it is"),
+        (None, "  HOLD UNKNOWN   as it is"),
+    ):
+        record = held_test(flown(), held)
+        lines = outcome_text.describe(record, outcome.build(record), tmp_path, "")
+        assert lines[1] == "  CAPTURED   the debris is held"
+        assert lines[2] == f"{word} (60 s after the verdict, towed with 20 N)"
+    assert any("40.0 % of a thread's strength, 800 N of contact" in line for line in lines)
+
+
+def test_a_mission_ended_by_hand_in_its_hold_test_has_not_done_what_was_asked():
+    record = held_test(flown(), interrupted="SIGINT")
+    assert outcome.exit_status(record) == ExitStatus.INTERRUPTED
+    content = outcome.build(record)
+    assert (content["captured"], content["held"]) == (False, None)
+    assert content["verdict"] == "ended by SIGINT 40.0 s after launch: the hold test was not over (the debris is held)"
 
 
 def test_what_could_not_be_measured_is_null_and_not_nan(tmp_path):
@@ -198,18 +251,18 @@ def test_the_last_lines_name_the_verdict_the_files_and_what_to_do_next(tmp_path)
     record = flown()
     record.lost_controllers.add(3)
     record.warnings.append("mu3_controller died")
-    text = "\n".join(outcome.describe(record, outcome.build(record), tmp_path, "python analyse_mission.py RUN"))
+    text = "\n".join(outcome_text.describe(record, outcome.build(record), tmp_path, "python analyse_mission.py RUN"))
     told = ("CAPTURED", "7 of 8 (6 needed)", "25.00 s", "MU 4: 0.400 kg", "MU 3", "mu3_controller died")
     for part in (*told, str(tmp_path / "bag"), str(tmp_path / "outcome.json"), "python analyse_mission.py RUN"):
         assert part in text
     record.final.cqi = math.nan
-    assert "could not be measured" in "\n".join(outcome.describe(record, outcome.build(record), tmp_path, ""))
+    assert "could not be measured" in "\n".join(outcome_text.describe(record, outcome.build(record), tmp_path, ""))
 
 
 def test_an_end_before_launch_is_told_although_some_controllers_were_never_heard(tmp_path):
     record = FlightRecord(system=load_system("zenit_4mu"), seed=1, policy="nominal")
     record.statuses = {3: status(0.0, fuel=0.0)}
-    text = "\n".join(outcome.describe(record, outcome.build(record), tmp_path, ""))
+    text = "\n".join(outcome_text.describe(record, outcome.build(record), tmp_path, ""))
     assert "most by MU 3: 0.000 kg" in text
 
 

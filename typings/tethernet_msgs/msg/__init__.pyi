@@ -11,6 +11,7 @@ class CaptureAssessment:
     PROGRESS: ClassVar[int]
     TRIGGER: ClassVar[int]
     FINAL: ClassVar[int]
+    HELD: ClassVar[int]
     SLOT_TYPES: ClassVar[tuple[Any, ...]]
     header: Header
     stage: int
@@ -20,6 +21,14 @@ class CaptureAssessment:
     hull_area: float
     cqi_all_valid: bool
     cqi_all: float
+    mcqi_valid: bool
+    mcqi: float
+    enclosed_valid: bool
+    enclosed: bool
+    load_share_valid: bool
+    max_load_share: float
+    contact_force_valid: bool
+    max_contact_force: float
     distance_valid: bool
     mouth_area: float
     net_debris_distance: float
@@ -29,6 +38,9 @@ class CaptureAssessment:
     source: str
     captured: bool
     verdict: str
+    held_valid: bool
+    held: bool
+    hold_verdict: str
     prediction_valid: bool
     predicted_cqi: float
     predicted_locked_pairs: float
@@ -49,6 +61,14 @@ class CaptureAssessment:
         hull_area: float = ...,
         cqi_all_valid: bool = ...,
         cqi_all: float = ...,
+        mcqi_valid: bool = ...,
+        mcqi: float = ...,
+        enclosed_valid: bool = ...,
+        enclosed: bool = ...,
+        load_share_valid: bool = ...,
+        max_load_share: float = ...,
+        contact_force_valid: bool = ...,
+        max_contact_force: float = ...,
         distance_valid: bool = ...,
         mouth_area: float = ...,
         net_debris_distance: float = ...,
@@ -58,6 +78,9 @@ class CaptureAssessment:
         source: str = ...,
         captured: bool = ...,
         verdict: str = ...,
+        held_valid: bool = ...,
+        held: bool = ...,
+        hold_verdict: str = ...,
         prediction_valid: bool = ...,
         predicted_cqi: float = ...,
         predicted_locked_pairs: float = ...,
@@ -80,6 +103,7 @@ class MissionState:
     COMPLETE: ClassVar[int]
     MISSED: ClassVar[int]
     ABORTED: ClassVar[int]
+    HOLDING: ClassVar[int]
     SLOT_TYPES: ClassVar[tuple[Any, ...]]
     header: Header
     phase: int
@@ -96,6 +120,10 @@ class MissionState:
     points_time: Time
     closing_duration: float
     docked_times: list[Time]
+    hold_duration: float
+    tow: float
+    hold_time: Time
+    hold_end_time: Time
     reason: str
     def __init__(
         self,
@@ -115,6 +143,10 @@ class MissionState:
         points_time: Time = ...,
         closing_duration: float = ...,
         docked_times: list[Time] = ...,
+        hold_duration: float = ...,
+        tow: float = ...,
+        hold_time: Time = ...,
+        hold_end_time: Time = ...,
         reason: str = ...,
     ) -> None: ...
     @classmethod
@@ -209,6 +241,12 @@ class NetState:
     locked: list[bool]
     tether_length: float
     tether_tension: float
+    load_share_valid: bool
+    load_share: float
+    max_load_share: float
+    contact_force_valid: bool
+    contact_force: float
+    max_contact_force: float
     def __init__(
         self,
         *,
@@ -225,6 +263,12 @@ class NetState:
         locked: list[bool] = ...,
         tether_length: float = ...,
         tether_tension: float = ...,
+        load_share_valid: bool = ...,
+        load_share: float = ...,
+        max_load_share: float = ...,
+        contact_force_valid: bool = ...,
+        contact_force: float = ...,
+        max_contact_force: float = ...,
     ) -> None: ...
     @classmethod
     def get_fields_and_field_types(cls) -> dict[str, str]: ...

@@ -85,14 +85,21 @@ class Mission:
     """Per MU: its whole docking group has docked, thrusters off from this time on [ns]; 0: not yet. Empty until one
     is.
     """
+    hold_s: float = 0.0
+    """How long the hold test takes that follows the verdict [s]; 0: the mission ends with the verdict."""
+    tow_n: float = 0.0
+    """Tension of the main tether that the chaser tows with in the hold test [N]; 0: it coasts."""
     hold_ns: int = 0
     """Start of the hold test, after the verdict [ns]; valid from HOLDING on."""
     hold_end_ns: int = 0
     """Its end [ns]; likewise."""
-    tow_n: float = 0.0
-    """Tension of the main tether that the chaser tows with in the hold test [N]; 0: it coasts."""
     reason: str = ""
     """Why missed or aborted."""
+
+    @property
+    def judged(self) -> bool:
+        """True once the capture has been judged: the mission is complete or missed, or its hold is tested."""
+        return self.phase in (Phase.HOLDING, Phase.COMPLETE, Phase.MISSED)
 
     def docked(self, mu: int, stamp_ns: int) -> bool:
         """True when unit ``mu`` (from 1) has its thrusters off at ``stamp_ns`` because it has docked."""

@@ -10,6 +10,10 @@ from tethernet_core.parameters import ParameterError, Shipped, field_types, load
 
 _CONFIG = Path(__file__).parent / "config"
 NANOSECOND_S = 1e-9
+LONGEST_HOLD_S = 1000.0
+"""Of a hold test [s]."""
+HARDEST_TOW_N = 1000.0
+"""Of the main tether's tension while it is towed with [N]."""
 
 
 @dataclass(frozen=True)
@@ -152,11 +156,11 @@ class MissionParameters:
     capture_duration_s: float = parameter("From the start of closing to the verdict", unit="s", low=1.0, high=1000.0)
     hold_s: float = parameter(
         "Hold test: the mission goes on so long after the verdict, units off, and says whether the debris is held; "
-        "0: it ends with the verdict", unit="s", low=0.0, high=1000.0,
+        "0: it ends with the verdict", unit="s", low=0.0, high=LONGEST_HOLD_S,
     )  # fmt: skip
     tow_n: float = parameter(
         "Hold test: the chaser thrusts away from the debris so that the main tether carries this tension once net and "
-        "debris follow steadily; 0: it coasts", unit="N", low=0.0, high=1000.0,
+        "debris follow steadily; 0: it coasts", unit="N", low=0.0, high=HARDEST_TOW_N,
     )  # fmt: skip
     closing_plan: str = parameter(
         "8 MUs: planned: where the MUs meet is chosen from the debris' attitude and the net's reach; "
@@ -232,8 +236,8 @@ class MissionParameters:
         """
         if self.tow_n > 0.0 and self.hold_s == 0.0:
             raise ParameterError(
-                f"MissionParameters.tow_n = {self.tow_n:g} with hold_s = 0; allowed: hold_s above 0 too, because the "
-                "chaser tows while the hold is tested"
+                f"MissionParameters.tow_n = {self.tow_n:g} with hold_s = 0; allowed: hold_s above 0 too (--hold S), "
+                "because the chaser tows while the hold is tested"
             )
 
 

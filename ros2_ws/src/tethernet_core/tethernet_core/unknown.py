@@ -16,6 +16,9 @@ Assessment = TypeVar("Assessment")
 FIELDS = {
     "hull_valid": ("cqi", "hull_volume", "hull_area"),
     "cqi_all_valid": ("cqi_all",),
+    "mcqi_valid": ("mcqi",),
+    "load_share_valid": ("max_load_share",),
+    "contact_force_valid": ("max_contact_force",),
     "distance_valid": ("mouth_area", "net_debris_distance"),
     "prediction_valid": ("predicted_cqi", "predicted_locked_pairs", "predicted_capture_probability"),
     "cqi_error_valid": ("cqi_error",),
@@ -40,9 +43,21 @@ def fill(message: object, numbers: Mapping[str, float]) -> None:
 
 
 def restore(message: Assessment) -> Assessment:
-    """The message itself, with NaN in the fields that are not known; one without flags, from an old bag, as it is."""
+    """The message itself, with NaN in the fields that are not known; in one from an old bag fields stay as they are
+    that had no flag, and are NaN that there were none of.
+    """
     for flag, names in FIELDS.items():
-        if not getattr(message, flag, True):
-            for name in names:
+        for name in names:
+            if not (getattr(message, flag, True) and hasattr(message, name)):
                 setattr(message, name, math.nan)
     return message
+
+
+def answer(message: object, name: str) -> bool | None:
+    """A yes or no of the message that may not be known: None where its flag says so, or an old bag has no such.
+
+    Args:
+        message: tethernet_msgs/CaptureAssessment.
+        name: of the field: enclosed or held.
+    """
+    return bool(getattr(message, name)) if getattr(message, f"{name}_valid", False) else None

@@ -10,6 +10,7 @@ from dataclasses import asdict, dataclass
 from typing import Any
 
 from tethernet_core.parameters import ParameterError
+from tethernet_core.settings import HARDEST_TOW_N, LONGEST_HOLD_S
 from tethernet_core.subcommand import number
 from tethernet_core.system import System
 from tethernet_core.system.changing import changed
@@ -23,7 +24,6 @@ HELP = (
 SYSTEM = "system"
 """The part whose names are entries of a description."""
 METAVAR = "PART.NAME=VALUE"
-LONGEST_HOLD_S, HARDEST_TOW_N = 1000.0, 1000.0
 
 
 def add_flight(parser: argparse.ArgumentParser) -> None:

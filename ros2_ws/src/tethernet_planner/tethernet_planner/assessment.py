@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import enum
 import math
 import time
@@ -9,9 +10,14 @@ from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass
 
+import numpy as np
+
 from tethernet_core.capture_quality import captured, deciding, hull_quality, mouth_area, verdict
+from tethernet_core.enclosure import enclosed
+from tethernet_core.hold import NOT_MEASURED, held, never_held, overload
 from tethernet_core.mission import Mission, Phase
 from tethernet_core.mission_gate import MissionGate
+from tethernet_core.modified_quality import modified_quality
 from tethernet_core.settings import ControlParameters
 from tethernet_core.system import System
 from tethernet_planner.inference.net_sample import FROM_MUS, FROM_NET, NetSample
@@ -20,7 +26,7 @@ from tethernet_planner.inference.prediction import Prediction, Predictor
 _KEPT = 16
 """Samples kept for a mission state that comes later than the samples it speaks of."""
 
-_PATIENCE_S = 1.0  # [s] wall time to wait for the sample of the end after the mission is over
+_PATIENCE_S = 1.0  # [s] wall time to wait for the sample of an end that the mission is past
 
 
 class Stage(enum.IntEnum):
@@ -29,6 +35,7 @@ class Stage(enum.IntEnum):
     PROGRESS = 0
     TRIGGER = 1
     FINAL = 2
+    HELD = 3
 
 
 @dataclass(frozen=True)
@@ -55,6 +62,18 @@ class Assessment:
     """Final stage only."""
     verdict: str = ""
     """Final stage only: one sentence."""
+    mcqi: float = math.nan
+    """[-]; NaN where net or debris' attitude are not measured; from the final stage on."""
+    enclosed: bool | None = None
+    """Whether the closed net goes round the whole debris; None likewise; from the start of closing on."""
+    max_load_share: float = math.nan
+    """Largest tension of any thread over its strength since launch [-]; NaN where it is not known."""
+    max_contact_force_n: float = math.nan
+    """Largest force of contact on the debris since launch [N]; likewise."""
+    held: bool | None = None
+    """Held stage only; None where that is not known."""
+    hold_verdict: str = ""
+    """Held stage only: one sentence."""
     prediction: Prediction | None = None
     """Where there is a surrogate: at the trigger, and at the end once more beside the exact values."""
     prediction_failure: str = ""
@@ -67,6 +86,9 @@ class Assessment:
         return {
             "cqi": self.cqi,
             "cqi_all": self.cqi_all,
+            "mcqi": self.mcqi,
+            "max_load_share": self.max_load_share,
+            "max_contact_force": self.max_contact_force_n,
             "hull_volume": self.hull_volume,
             "hull_area": self.hull_area,
             "mouth_area": self.mouth_area,
@@ -98,7 +120,8 @@ class CaptureAssessor:
     """Turns samples of the net and states of the mission into assessments at the right times.
 
     The trigger is assessed at the first sample not before ``closing_ns``, the end at the first one not before
-    ``end_ns``. Mission states and samples may come in any order within some ticks.
+    ``end_ns``, the end of a hold test at the first one not before ``hold_end_ns``. Mission states and samples may come
+    in any order within some ticks.
     """
 
     def __init__(
@@ -124,8 +147,9 @@ class CaptureAssessor:
         self._clock = clock
         self._recent: deque[NetSample] = deque(maxlen=_KEPT)
         self._last_progress = -1
-        self._triggered = self._concluded = False
-        self._over_since_s = math.inf
+        self._triggered = self._concluded = self._hold_concluded = False
+        self._judged_since_s = self._over_since_s = math.inf
+        self._locked: tuple[bool, ...] = ()
 
     @property
     def mission(self) -> Mission:
@@ -140,8 +164,10 @@ class CaptureAssessor:
         """
         if not self._gate.take(mission):
             return []
-        if mission.phase in (Phase.COMPLETE, Phase.MISSED):
-            self._over_since_s = self._clock()
+        if mission.judged:
+            self._judged_since_s = min(self._judged_since_s, self._clock())
+        if mission.judged and mission.phase.over:
+            self._over_since_s = min(self._over_since_s, self._clock())
         return [assessment for sample in self._recent for assessment in self._due_at(sample)]
 
     def take_sample(self, sample: NetSample) -> list[Assessment]:
@@ -155,33 +181,75 @@ class CaptureAssessor:
         return due or self._progress_at(sample)
 
     def overdue(self) -> list[Assessment]:
-        """The verdict on what was seen last, when the mission is over and no sample of its end has come.
+        """The verdict on what was seen last, when the mission is past its end and no sample of that has come; the same
+        for the end of a hold test.
 
         To be asked now and then.
         """
-        if self._concluded or self._clock() - self._over_since_s < _PATIENCE_S:
-            return []
-        self._concluded = True
-        if self._recent:
-            return [self._assess(self._recent[-1], Stage.FINAL)]
-        nothing = math.nan
-        text, held = self._judge(nothing, 0, FROM_NET)
-        unknown = (nothing,) * 6
-        return [Assessment(Stage.FINAL, self.mission.end_ns, *unknown, 0, FROM_NET, held, text)]
+        now, due = self._clock(), []
+        if not self._concluded and now - self._judged_since_s >= _PATIENCE_S:
+            due += self._conclude(self._recent[-1] if self._recent else None)
+        if self._concluded and self._hold_due and now - self._over_since_s >= _PATIENCE_S:
+            due.append(self._conclude_hold(self._recent[-1] if self._recent else None))
+        return due
+
+    @property
+    def _hold_due(self) -> bool:
+        """Whether a hold test has begun of which it is not said yet what it came to."""
+        return self.mission.hold_end_ns > 0 and not self._hold_concluded
 
     def _due_at(self, sample: NetSample) -> list[Assessment]:
         mission, due = self.mission, []
         if mission.closing and not self._triggered and sample.stamp_ns >= mission.closing_ns:
             self._triggered = True
             due.append(self._assess(sample, Stage.TRIGGER))
-        ending = mission.phase in (Phase.CLOSING, Phase.COMPLETE, Phase.MISSED) and sample.stamp_ns >= mission.end_ns
-        if ending and not self._concluded:
-            self._concluded = True
-            due.append(self._assess(sample, Stage.FINAL))
+        ending = mission.phase == Phase.CLOSING or mission.judged
+        if ending and sample.stamp_ns >= mission.end_ns and not self._concluded:
+            due += self._conclude(sample)
+        if self._concluded and self._hold_due and sample.stamp_ns >= mission.hold_end_ns:
+            due.append(self._conclude_hold(sample))
         return due
 
+    def _conclude(self, sample: NetSample | None) -> list[Assessment]:
+        """The verdict, on nothing where no sample has ever come; where a mission was missed that was to be tested for
+        holding, that too.
+        """
+        self._concluded = True
+        self._locked = () if sample is None else sample.locked
+        final = self._unmeasured(Stage.FINAL) if sample is None else self._assess(sample, Stage.FINAL)
+        mission = self.mission
+        if mission.phase != Phase.MISSED or mission.hold_s == 0.0:
+            return [final]
+        self._hold_concluded = True
+        found = never_held(final.verdict)
+        nothing_new = dataclasses.replace(final, stage=Stage.HELD, captured=False, verdict="", prediction=None)
+        return [final, dataclasses.replace(nothing_new, held=found.held, hold_verdict=found.verdict)]
+
+    def _conclude_hold(self, sample: NetSample | None) -> Assessment:
+        """What the hold test came to."""
+        self._hold_concluded = True
+        if sample is None:
+            return dataclasses.replace(self._unmeasured(Stage.HELD), hold_verdict=held(None, (), (), math.nan).verdict)
+        seen = self._assess(sample, Stage.HELD)
+        unknown = "nothing tells the debris' attitude" if sample.source == FROM_NET else NOT_MEASURED
+        known = len(self._locked) == len(sample.locked)
+        found = held(
+            seen.enclosed, self._locked if known else (), sample.locked if known else (), sample.max_load_share, unknown
+        )
+        return dataclasses.replace(seen, held=found.held, hold_verdict=found.verdict)
+
+    def _unmeasured(self, stage: Stage) -> Assessment:
+        """What is said where no sample has ever come."""
+        nothing, mission = math.nan, self.mission
+        text, captured_ = self._judge(nothing, 0, FROM_NET, nothing) if stage == Stage.FINAL else ("", False)
+        unknown = (nothing,) * 6
+        stamp_ns = mission.end_ns if stage == Stage.FINAL else mission.hold_end_ns
+        return Assessment(stage, stamp_ns, *unknown, 0, FROM_NET, captured_, text)
+
     def _progress_at(self, sample: NetSample) -> list[Assessment]:
-        if self.mission.phase not in (Phase.DEPLOYING, Phase.CLOSING) or self._concluded:
+        phase = self.mission.phase
+        done = self._hold_concluded if phase == Phase.HOLDING else self._concluded
+        if done or not phase.under_way:
             return []
         progress = (sample.stamp_ns - self.mission.launch_ns) // self._progress_ns
         if progress <= self._last_progress:
@@ -199,14 +267,33 @@ class CaptureAssessor:
             )  # fmt: skip
             cqi, cqi_all, volume, area, distance = hull.cqi, hull.cqi_all, hull.volume, hull.area, hull.distance
         decides = deciding(cqi, cqi_all, self._system)
-        text, held = self._judge(decides, sample.locked_pairs, sample.source) if stage == Stage.FINAL else ("", False)
+        text, good = "", False
+        if stage == Stage.FINAL:
+            text, good = self._judge(decides, sample.locked_pairs, sample.source, sample.max_load_share)
+        mcqi, inside = self._enclosure(sample, stage)
         failure = self._predict(sample) if stage == Stage.TRIGGER else ""
-        prediction = None if stage == Stage.PROGRESS else self._prediction
         mouth = mouth_area(sample.mu_positions, self._system, sample.knot_positions)
         return Assessment(
             stage, sample.stamp_ns, cqi, cqi_all, volume, area, mouth, distance,
-            sample.locked_pairs, sample.source, held, text, prediction, failure,
+            sample.locked_pairs, sample.source, good, text, mcqi, inside,
+            sample.max_load_share, sample.max_contact_force_n,
+            prediction=self._prediction if stage in (Stage.TRIGGER, Stage.FINAL) else None,
+            prediction_failure=failure,
         )  # fmt: skip
+
+    def _enclosure(self, sample: NetSample, stage: Stage) -> tuple[float, bool | None]:
+        """The MCQI and whether the debris is enclosed, where that is known and worth its time: the first costs 20 ms,
+        the second one, and neither says anything of an open net.
+        """
+        attitude, mission = sample.debris_attitude, self.mission
+        if sample.source == FROM_MUS or attitude is None or not (mission.closing or stage == Stage.FINAL):
+            return math.nan, None
+        where = (
+            sample.knot_positions, sample.mu_positions, np.array(sample.debris_position), np.array(attitude),
+            self._system,
+        )  # fmt: skip
+        late = stage in (Stage.FINAL, Stage.HELD) or mission.phase == Phase.HOLDING
+        return modified_quality(*where) if late else math.nan, enclosed(*where)
 
     def _predict(self, sample: NetSample) -> str:
         """Ask the surrogate; returns why it could not be asked. Whatever is wrong with it, the verdict must come."""
@@ -220,10 +307,10 @@ class CaptureAssessor:
             return f"{type(error).__name__}: {error}"
         return ""
 
-    def _judge(self, cqi: float, locked_pairs: int, source: str) -> tuple[str, bool]:
+    def _judge(self, cqi: float, locked_pairs: int, source: str, load_share: float) -> tuple[str, bool]:
         mission = self.mission
         missed = mission.reason if mission.phase == Phase.MISSED else ""
-        text = verdict(cqi, locked_pairs, self._system, missed)
+        text = verdict(cqi, locked_pairs, self._system, missed) + overload(load_share)
         if source == FROM_MUS and not missed and self._system.closing.kind == "winch":
             text += "; pairs that winches lock cannot be seen from the MUs"
         return text, not missed and captured(cqi, locked_pairs, self._system)

@@ -16,6 +16,7 @@ from rclpy.node import Node
 
 from tethernet_core import unknown
 from tethernet_core.parameters import ParameterError
+from tethernet_core.rotation import Quaternion
 from tethernet_core.settings import ControlParameters
 from tethernet_core.shown import shown
 from tethernet_core.step_guard import StampGuard
@@ -60,7 +61,7 @@ class AssessorNode(Node):
         self._debris = NewestOdometry(control, given_debris(parameters.debris_position))
         self._net_clock = StampGuard(control)
         self._waiting: deque[NetMeasurement] = deque(maxlen=_WAITING)
-        self._track: deque[tuple[int, Vector, Vector]] = deque(maxlen=_WAITING)
+        self._track: deque[tuple[int, Vector, Vector, Quaternion | None]] = deque(maxlen=_WAITING)
 
         self._door = door = Door(self)
         self._publisher = door.publish(CaptureAssessment, topics.CAPTURE_ASSESSMENT, STATE)
@@ -90,7 +91,7 @@ class AssessorNode(Node):
 
     def _on_debris(self, sample: OdometrySample) -> None:
         if self._debris.take(sample):
-            self._track.append((sample.stamp_ns, sample.position, sample.velocity))
+            self._track.append((sample.stamp_ns, sample.position, sample.velocity, sample.attitude))
             self._assess_waiting()
 
     def _assess_waiting(self) -> None:
@@ -101,10 +102,12 @@ class AssessorNode(Node):
                 return  # the debris' odometry of that time is still to come
             while len(self._track) > 1 and self._track[1][0] <= stamp_ns:
                 self._track.popleft()
-            debris = self._track[0][1:] if self._track else (self._debris.position, self._debris.velocity)
+            debris = self._track[0][1:] if self._track else (self._debris.position, self._debris.velocity, None)
             self._publish(self._assessor.take_sample(self._sample(self._waiting.popleft(), *debris)))
 
-    def _sample(self, net: NetMeasurement, position: Vector, velocity: Vector) -> NetSample:
+    def _sample(
+        self, net: NetMeasurement, position: Vector, velocity: Vector, attitude: Quaternion | None
+    ) -> NetSample:
         return NetSample(
             net.stamp_ns,
             net.center,
@@ -116,6 +119,10 @@ class AssessorNode(Node):
             net.mu_velocities,
             velocity,
             net.center_all,
+            attitude,
+            tuple(net.locked),
+            net.max_load_share,
+            net.max_contact_force,
         )
 
     # Where nothing but the MUs is measured
@@ -139,8 +146,8 @@ class AssessorNode(Node):
             self._publisher.publish(self._message(assessment))
             if assessment.prediction_failure:
                 self.get_logger().warning(f"no prediction: {shown(assessment.prediction_failure)}")
-            if assessment.verdict:
-                self.get_logger().info(assessment.verdict)
+            for text in filter(None, (assessment.verdict, assessment.hold_verdict)):
+                self.get_logger().info(text)
 
     def _message(self, a: Assessment) -> CaptureAssessment:
         message = CaptureAssessment(
@@ -151,6 +158,11 @@ class AssessorNode(Node):
             source=a.source,
             captured=a.captured,
             verdict=shown(a.verdict),
+            enclosed_valid=a.enclosed is not None,
+            enclosed=a.enclosed is True,
+            held_valid=a.held is not None,
+            held=a.held is True,
+            hold_verdict=shown(a.hold_verdict),
         )
         set_stamp(message.header.stamp, a.stamp_ns)
         message.header.frame_id = topics.FRAME

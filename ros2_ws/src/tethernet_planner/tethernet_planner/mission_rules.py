@@ -82,7 +82,7 @@ def advance(
             ahead.watch(stamp_ns, net_position, debris_position, look)
     elif mission.phase == Phase.CLOSING:
         if stamp_ns >= mission.end_ns:
-            return _judged(mission, stamp_ns, rules, control)
+            return _judged(mission, stamp_ns, control)
         if rules.release_docked:
             known = mission.docked_ns or (0,) * mission.mu_count
             from_now = stamp_ns + control.period_ns
@@ -98,17 +98,12 @@ def advance(
     return mission
 
 
-def _judged(mission: Mission, stamp_ns: int, rules: MissionParameters, control: ControlParameters) -> Mission:
+def _judged(mission: Mission, stamp_ns: int, control: ControlParameters) -> Mission:
     """The mission at its verdict: complete, or holding where a hold test is asked for."""
-    if rules.hold_s == 0.0:
+    if mission.hold_s == 0.0:
         return mission.next(Phase.COMPLETE)
     hold_ns = stamp_ns + control.period_ns
-    return mission.next(
-        Phase.HOLDING,
-        hold_ns=hold_ns,
-        hold_end_ns=hold_ns + round(rules.hold_s / NANOSECOND_S),
-        tow_n=rules.tow_n,
-    )
+    return mission.next(Phase.HOLDING, hold_ns=hold_ns, hold_end_ns=hold_ns + round(mission.hold_s / NANOSECOND_S))
 
 
 def _plans(system: System, rules: MissionParameters) -> bool:

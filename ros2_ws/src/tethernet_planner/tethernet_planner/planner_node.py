@@ -62,11 +62,6 @@ class PlannerNode(Node):
     def __init__(self) -> None:
         super().__init__("planner", **NODE_OPTIONS)
         self._settings, control, self._rules = declare(self, *self.PARAMETERS)
-        if self._rules.hold_s > 0.0:
-            raise ParameterError(
-                f"MissionParameters.hold_s = {self._rules.hold_s:g}; allowed over ROS: 0; tethernet fly --hold flies "
-                "the test in process"
-            )
         self._period_ns = control.period_ns
         self._system = system = load_system(self._settings.system)
         try:
@@ -259,9 +254,8 @@ class PlannerNode(Node):
 
     def _on_poll(self) -> None:
         self._sequencer.poll()
-        flying = self._sequencer.mission.phase in (Phase.DEPLOYING, Phase.CLOSING)
         patience_s = self._settings.silence_timeout_s
-        if flying and time.monotonic() - self._newest_measurement_s > patience_s:
+        if self._sequencer.mission.phase.under_way and time.monotonic() - self._newest_measurement_s > patience_s:
             self._sequencer.abort(f"nothing was measured for {patience_s:g} s")
 
     def _publish_state(self, mission: Mission, stamp_ns: int, confirmed: bool, reason: str) -> None:

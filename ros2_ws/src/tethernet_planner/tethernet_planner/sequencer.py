@@ -47,7 +47,7 @@ class MissionSequencer:
         clock: wall time [s].
         mission_id: tells this planner's mission from that of any other.
         """
-        self.mission = Mission(system.unit_count, mission_id=mission_id)
+        self.mission = Mission(system.unit_count, mission_id=mission_id, hold_s=rules.hold_s, tow_n=rules.tow_n)
         self.confirmed = True
         self.lost: set[int] = set()
         self.stamp_ns = 0

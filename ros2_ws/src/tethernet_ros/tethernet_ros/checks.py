@@ -9,9 +9,10 @@ follow on which is up to who receives them. What others have written for people 
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, Generic, NamedTuple, Protocol, TypeVar
+from typing import Generic, NamedTuple, Protocol, TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -22,12 +23,14 @@ from std_srvs.srv import Trigger
 
 from tethernet_core.bounds import FARTHEST_M, FASTEST_M_S
 from tethernet_core.mission import Mission, Mode, Phase
+from tethernet_core.settings import HARDEST_TOW_N, LONGEST_HOLD_S
 from tethernet_core.shown import shown
 from tethernet_core.system import MOST_UNITS, System
 from tethernet_core.unknown import restore
 from tethernet_msgs.msg import CaptureAssessment, MissionState, MuStatus, NetState, SimStatus
 from tethernet_msgs.srv import PlanAimingPoints
 from tethernet_ros.conversions import Vector, coordinates, nanoseconds
+from tethernet_ros.field_checks import not_negative, one_of, within
 from tethernet_ros.serialized import (
     OdometrySample,
     ThrustCommand,
@@ -104,6 +107,10 @@ class NetMeasurement(NamedTuple):
     """[m/s], likewise."""
     locked: list[bool]
     """One for each closing pair, in their order round the mouth."""
+    max_load_share: float
+    """Largest tension of any thread over its strength since launch [-]; NaN where it is not known."""
+    max_contact_force: float
+    """Largest force of contact on the debris since launch [N]; likewise."""
 
 
 class PlanRequest(NamedTuple):
@@ -166,22 +173,29 @@ def mission_from(message: MissionState) -> Mission:
         MessageError: for a phase that does not exist, more units than a system has, times in the wrong order, points
             that no unit can fly to.
     """
-    _one_of("phase", message.phase, range(max(Phase) + 1))
-    _one_of("mu_count", message.mu_count, range(MOST_UNITS + 1))
+    one_of("phase", message.phase, range(max(Phase) + 1))
+    one_of("mu_count", message.mu_count, range(MOST_UNITS + 1))
     for name, given in (("closing_points", message.closing_points), ("docked_times", message.docked_times)):
-        _one_of(f"the number of {name}", len(given), sorted({0, message.mu_count}))
-    times = [nanoseconds(time) for time in (message.launch_time, message.closing_time, message.end_time)]
+        one_of(f"the number of {name}", len(given), sorted({0, message.mu_count}))
+    stamps = (message.launch_time, message.closing_time, message.end_time, message.hold_time, message.hold_end_time)
+    times = [nanoseconds(time) for time in stamps]
     known = [time_ns for time_ns in times if time_ns]
     if known != sorted(known):
-        raise MessageError(f"launch, closing and end at {times} ns; allowed: in this order, 0 where not known yet")
-    if not 0.0 <= message.closing_duration <= _LONGEST_S:
-        raise MessageError(f"closing_duration is {message.closing_duration:g} s; allowed: 0 to {_LONGEST_S:g}")
+        raise MessageError(
+            f"launch, closing, end, hold and its end at {times} ns; allowed: in this order, 0 where not known yet"
+        )
+    within("closing_duration", message.closing_duration, _LONGEST_S, "s")
+    within("hold_duration", message.hold_duration, LONGEST_HOLD_S, "s")
+    within("tow", message.tow, HARDEST_TOW_N, "N")
     for point in (message.debris_position, *message.closing_points):
         check_bounds(coordinates(point), FARTHEST_M, "a point", "m")
-    launch_ns, closing_ns, end_ns = times
+    launch_ns, closing_ns, end_ns, hold_ns, hold_end_ns = times
+    phase = Phase(message.phase)
+    if phase == Phase.HOLDING and not 0 < hold_ns <= hold_end_ns:
+        raise MessageError(f"HOLDING from {hold_ns} ns to {hold_end_ns} ns; allowed: both are known")
     return Mission(
         mu_count=message.mu_count,
-        phase=Phase(message.phase),
+        phase=phase,
         sequence=message.sequence,
         mission_id=message.mission_id,
         policy=message.policy,
@@ -193,6 +207,10 @@ def mission_from(message: MissionState) -> Mission:
         closing_duration_s=message.closing_duration,
         points_ns=nanoseconds(message.points_time),
         docked_ns=tuple(map(nanoseconds, message.docked_times)),
+        hold_s=message.hold_duration,
+        tow_n=message.tow,
+        hold_ns=hold_ns,
+        hold_end_ns=hold_end_ns,
         reason=message.reason,
     )
 
@@ -202,9 +220,9 @@ def mu_status(mu: int) -> Check[MuStatus]:
 
     def read(data: bytes) -> MuStatus:
         message = _sound(data, MuStatus, "aiming_source")
-        _one_of("mu", message.mu, (mu,))
-        _one_of("mode", message.mode, range(max(Mode) + 1))
-        _not_negative(
+        one_of("mu", message.mu, (mu,))
+        one_of("mode", message.mode, range(max(Mode) + 1))
+        not_negative(
             message, "tracking_error", "max_tracking_error", "fuel", "fuel_at_trigger", "position_sigma",
             "velocity_sigma",
         )  # fmt: skip
@@ -231,11 +249,14 @@ def net_state(system: System) -> Check[NetMeasurement]:
                 f"{message.rows} rows and {message.columns} columns; allowed: {shape[0]} and {shape[1]}, "
                 f"as system {system.name} has"
             )
-        _one_of("the number of locked", len(message.locked), (pairs,))
+        one_of("the number of locked", len(message.locked), (pairs,))
         # The numbers are checked here and not with those of all messages: bounds find NaN too, in one look.
         check_bounds(coordinates(message.center_of_mass), FARTHEST_M, "center_of_mass", "m")
         check_bounds(coordinates(message.center_of_mass_all), FARTHEST_M, "center_of_mass_all", "m")
         check_bounds((message.tether_length, message.tether_tension, 0.0), FARTHEST_M, "tether", "m and N")
+        for name in ("load_share", "max_load_share", "contact_force", "max_contact_force"):
+            if not 0.0 <= getattr(message, name) < math.inf:  # also catches NaN
+                raise MessageError(f"{name} is {getattr(message, name):g}; allowed: finite, 0 and more")
         stamp = message.header.stamp
         return NetMeasurement(
             check_stamp(stamp.sec, stamp.nanosec),
@@ -246,6 +267,8 @@ def net_state(system: System) -> Check[NetMeasurement]:
             _rows(message, "mu_positions", mu_count, FARTHEST_M),
             _rows(message, "mu_velocities", mu_count, FASTEST_M_S),
             message.locked,
+            message.max_load_share if message.load_share_valid else math.nan,
+            message.max_contact_force if message.contact_force_valid else math.nan,
         )
 
     return Check(NetState, read, _LARGE)
@@ -262,11 +285,11 @@ def sim_status(system: System) -> Check[SimStatus]:
     def read(data: bytes) -> SimStatus:
         message = _sound(data, SimStatus, "fault")
         for name in ("late_commands", "rejected_commands", "clipped_commands", "zeroed_commands", "applied_fuel"):
-            _one_of(f"the number of {name}", len(getattr(message, name)), (mu_count,))
+            one_of(f"the number of {name}", len(getattr(message, name)), (mu_count,))
         lost = list(message.lost_controllers)
         if len(lost) > mu_count or not all(1 <= mu <= mu_count for mu in lost):
             raise MessageError(f"lost_controllers are {lost[:mu_count]}; allowed: numbers from 1 to {mu_count}")
-        _not_negative(message, "real_time_factor", "latency_p50", "latency_p99", "latency_max")
+        not_negative(message, "real_time_factor", "latency_p50", "latency_p99", "latency_max")
         if any(value < 0.0 for value in message.applied_fuel):
             raise MessageError(f"applied_fuel is {list(message.applied_fuel)} kg; allowed: 0 and more")
         return message
@@ -283,13 +306,16 @@ def assessment(system: System) -> Check[CaptureAssessment]:
     most, required = system.closing.max_locked_pairs, system.capture.required_locked_pairs
 
     def read(data: bytes) -> CaptureAssessment:
-        message = _sound(data, CaptureAssessment, "verdict", "predictor")
-        _one_of("stage", message.stage, range(CaptureAssessment.FINAL + 1))
-        _one_of("source", message.source, SOURCES)
-        _one_of("max_locked_pairs", message.max_locked_pairs, (most,))
-        _one_of("required_locked_pairs", message.required_locked_pairs, (required,))
-        _one_of("locked_pairs", message.locked_pairs, range(most + 1))
-        _not_negative(message, "cqi", "cqi_all", "hull_volume", "hull_area", "mouth_area", "net_debris_distance")
+        message = _sound(data, CaptureAssessment, "verdict", "hold_verdict", "predictor")
+        one_of("stage", message.stage, range(CaptureAssessment.HELD + 1))
+        one_of("source", message.source, SOURCES)
+        one_of("max_locked_pairs", message.max_locked_pairs, (most,))
+        one_of("required_locked_pairs", message.required_locked_pairs, (required,))
+        one_of("locked_pairs", message.locked_pairs, range(most + 1))
+        not_negative(
+            message, "cqi", "cqi_all", "mcqi", "hull_volume", "hull_area", "mouth_area", "net_debris_distance",
+            "max_load_share", "max_contact_force",
+        )  # fmt: skip
         if not 0.0 <= message.predicted_capture_probability <= 1.0:
             raise MessageError(
                 f"predicted_capture_probability is {message.predicted_capture_probability:g}; allowed: 0 to 1"
@@ -320,7 +346,7 @@ def plan_answer(mu_count: int) -> Callable[[PlanAimingPoints.Response], PlanAnsw
         check_well_formed(message)
         points = [coordinates(point) for point in message.aiming_points]
         allowed = (mu_count,) if message.success else sorted({0, mu_count})
-        _one_of("the number of aiming_points", len(points), allowed)
+        one_of("the number of aiming_points", len(points), allowed)
         for point in points:
             check_bounds(point, FARTHEST_M, "an aiming point", "m")
         return PlanAnswer(message.success, shown(message.message), message.policy, points)
@@ -355,19 +381,6 @@ def _decoded_in_frame(data: bytes, kind: type[Stamped]) -> Stamped:
     message = decoded(data, kind)
     check_frame(message.header.frame_id, kind)
     return message
-
-
-def _one_of(name: str, value: Any, allowed: Any) -> None:
-    if value not in allowed:
-        what = f"{allowed[0]} to {allowed[-1]}" if isinstance(allowed, range) else " or ".join(map(str, allowed))
-        raise MessageError(f"{name} is {value!r}; allowed: {what}")
-
-
-def _not_negative(message: Message, *names: str) -> None:
-    for name in names:
-        value = getattr(message, name)
-        if value < 0.0:
-            raise MessageError(f"{name} is {value:g}; allowed: 0 and more")
 
 
 def _rows(message: NetState, name: str, count: int, limit: float) -> npt.NDArray[np.float32]:

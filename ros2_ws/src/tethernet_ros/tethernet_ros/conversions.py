@@ -69,6 +69,10 @@ def mission_message(mission: Mission, stamp_ns: int, confirmed: bool, reason: st
         closing_points=[point_message(point) for point in mission.closing_points],
         closing_duration=float(mission.closing_duration_s),
         points_time=time_message(mission.points_ns),
+        hold_duration=float(mission.hold_s),
+        tow=float(mission.tow_n),
+        hold_time=time_message(mission.hold_ns),
+        hold_end_time=time_message(mission.hold_end_ns),
         docked_times=[time_message(time_ns) for time_ns in mission.docked_ns],
         reason=shown(reason or mission.reason, LONG),
     )

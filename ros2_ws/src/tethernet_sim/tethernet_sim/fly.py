@@ -171,7 +171,8 @@ class _Flight:
             settings.control,
         )
         self.judge = Judge(self.world, scenarios)
-        self.missions = [launch(arm(Mission(mus), s.debris_position, ""), 0) for s in scenarios]
+        asked = Mission(mus, hold_s=settings.mission.hold_s, tow_n=settings.mission.tow_n)
+        self.missions = [launch(arm(asked, s.debris_position, ""), 0) for s in scenarios]
         self.ahead = [PlanAhead(system, settings.mission) for _ in scenarios]
         self.noise = [OdometryNoise(s.seed, mus, settings.control) for s in scenarios]
         self.heard_position, self.heard_velocity = np.zeros((2, batch, mus, 3))
@@ -345,12 +346,12 @@ class _Flight:
 
     def _outcome(self, b: int, stamp_ns: int, error: str = "") -> Outcome:
         """The end of a mission that has no hold test, or does not get through it."""
-        rules = self.settings.mission
-        outcome = self.judge.outcome(b, stamp_ns, self.missions[b], self._spent(b), error)
-        return self.judge.never_held(outcome, rules.hold_s, rules.tow_n)
+        mission = self.missions[b]
+        outcome = self.judge.outcome(b, stamp_ns, mission, self._spent(b), error)
+        return self.judge.never_held(outcome, mission.hold_s, mission.tow_n)
 
     def _after_hold(self, b: int) -> Outcome:
-        return self.judge.after_hold(b, self.settings.mission.hold_s, self.settings.mission.tow_n)
+        return self.judge.after_hold(b, self.missions[b].hold_s, self.missions[b].tow_n)
 
     def _hold(self, b: int, stamp_ns: int) -> None:
         """A control tick of a hold test, the one of the verdict included."""

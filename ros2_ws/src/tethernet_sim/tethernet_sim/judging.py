@@ -10,7 +10,7 @@ import numpy as np
 
 from tethernet_core.capture_quality import captured, deciding, hull_quality, mouth_area, verdict
 from tethernet_core.enclosure import enclosed
-from tethernet_core.hold import held, overload
+from tethernet_core.hold import held, never_held, overload
 from tethernet_core.mission import Mission, Phase, seconds_between
 from tethernet_core.modified_quality import modified_quality
 from tethernet_sim.loads import Loads
@@ -98,9 +98,8 @@ class Judge:
         """The outcome of a mission that was to be tested for holding and never got there: it does not hold."""
         if hold_s == 0.0:
             return outcome
-        return dataclasses.replace(
-            outcome, held=False, hold_verdict=f"not held: {outcome.verdict}", hold_s=hold_s, tow_n=tow_n
-        )
+        found = never_held(outcome.verdict)
+        return dataclasses.replace(outcome, held=found.held, hold_verdict=found.verdict, hold_s=hold_s, tow_n=tow_n)
 
     def begin_hold(self, b: int, judged: Outcome) -> None:
         """The verdict has been given, and the hold test begins."""

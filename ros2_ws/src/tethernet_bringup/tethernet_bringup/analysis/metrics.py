@@ -98,6 +98,15 @@ def quality(data: MissionData) -> tuple[Curve, Curve]:
     return Curve(both.time_s, cqi), pairs
 
 
+def enclosure(data: MissionData) -> tuple[Curve, Curve]:
+    """Whether the closed net goes round the whole debris (1 or 0), and the MCQI (NaN where it was not measured)."""
+    both = curve(data, data.enclosure)
+    if not len(both.time_s):
+        return Curve(np.zeros(0), np.zeros(0)), Curve(np.zeros(0), np.zeros(0))
+    mcqi = np.where(both.value[:, 1] < 0.0, np.nan, both.value[:, 1])
+    return Curve(both.time_s, both.value[:, 0]), Curve(both.time_s, mcqi)
+
+
 def thrust_curve(data: MissionData, mu: int) -> Curve:
     """Commanded force of an MU per axis [N]."""
     return curve(data, data.mus[mu].thrust)
@@ -205,6 +214,12 @@ def missing(data: MissionData) -> list[str]:
     ):
         if not len(series):
             lacks.append(f"no {topic}: {cost}")
+    for name, topic, cost in (
+        ("load_share", "/net/state", "no loads"),
+        ("enclosed", "/capture/assessment", "no MCQI, not known whether the debris is enclosed or held"),
+    ):
+        if name in data.lacks:
+            lacks.append(f"{topic} is of a version without {name}: {cost}")
     return lacks
 
 

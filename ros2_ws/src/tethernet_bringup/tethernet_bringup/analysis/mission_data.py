@@ -30,7 +30,7 @@ from tethernet_core.settings import NANOSECOND_S
 from tethernet_core.shown import shown
 from tethernet_core.system import DescriptionError, System, system_from_text
 from tethernet_core.system.option import family
-from tethernet_core.unknown import restore
+from tethernet_core.unknown import answer, restore
 from tethernet_ros import topics
 
 if TYPE_CHECKING:
@@ -122,8 +122,12 @@ class MissionData:
     """CQI (NaN where unmeasured) and locked pairs."""
     distances: Series = field(default_factory=lambda: Series(1))
     """Net to debris by the assessor [m]."""
+    enclosure: Series = field(default_factory=lambda: Series(2))
+    """Whether the closed net goes round the whole debris (1 or 0), and the MCQI (-1 where unmeasured)."""
     final: Assessment | None = None
     trigger: Assessment | None = None
+    hold: Assessment | None = None
+    """What the hold test came to."""
     debris: Series = field(default_factory=lambda: Series(7))
     """Position [m] and attitude x y z w."""
     chaser: Series = field(default_factory=lambda: Series(7))
@@ -133,6 +137,14 @@ class MissionData:
     """True positions of the units [m], where a simulator published them."""
     locked: Series = field(default_factory=lambda: Series(1))
     """Closing pairs that hold, by /net/state."""
+    load_share: Series = field(default_factory=lambda: Series(1))
+    """Largest tension of any thread over its strength [-], by /net/state."""
+    contact: Series = field(default_factory=lambda: Series(1))
+    """Force of contact on the debris [N], likewise."""
+    tether: Series = field(default_factory=lambda: Series(1))
+    """Tension of the main tether [N], likewise."""
+    lacks: set[str] = field(default_factory=set)
+    """Fields that messages of this recording do not have, because it was made before there were any."""
     net_stamps: array[int] = field(default_factory=lambda: array("q"))
     """Of every /net/state in the order of the bag [ns]."""
     topics: dict[str, TopicCount] = field(default_factory=dict)
@@ -181,6 +193,11 @@ class MissionData:
     def closing_ns(self) -> int | None:
         """When closing began [ns]; None if it did not."""
         return next((change.time_ns for change in self.phases if change.phase == Phase.CLOSING), None)
+
+    @property
+    def judged_ns(self) -> int | None:
+        """When the capture was judged where a hold test followed [ns]; None without one."""
+        return next((change.time_ns for change in self.phases if change.phase == Phase.HOLDING), None)
 
     def seconds(self, stamps_ns: npt.ArrayLike) -> npt.NDArray[np.float64]:
         """Time since the launch [s]."""
@@ -298,6 +315,7 @@ class _Reader:
             return
         data.states.append(message)
         phase = Phase(message.phase)
+        # Of HOLDING too it is the tick at which it was decided: there the capture was judged.
         time = {Phase.DEPLOYING: message.launch_time, Phase.CLOSING: message.closing_time}.get(
             phase, message.header.stamp
         )
@@ -310,16 +328,31 @@ class _Reader:
         # Series leaves out rows with NaN: where the quality cannot be measured, pairs are still worth a line.
         data.assessments.add(stamp, message.cqi if math.isfinite(message.cqi) else -1.0, message.locked_pairs)
         data.distances.add(stamp, message.net_debris_distance)
+        if not hasattr(message, "enclosed"):
+            data.lacks.add("enclosed")
+        elif (inside := answer(message, "enclosed")) is not None:
+            data.enclosure.add(stamp, float(inside), message.mcqi if math.isfinite(message.mcqi) else -1.0)
         if message.stage == 1:
             data.trigger = Assessment(stamp, message)
         elif message.stage == 2:
             data.final = Assessment(stamp, message)
+        elif message.stage == 3:
+            message.hold_verdict = shown(message.hold_verdict)
+            data.hold = Assessment(stamp, message)
 
     def _net(self, message: NetState) -> None:
         stamp = _stamp(message)
         self._data.net_stamps.append(stamp)
         self._data.net.add(stamp, *_xyz(message.center_of_mass))
         self._data.locked.add(stamp, float(np.count_nonzero(message.locked)))
+        self._data.tether.add(stamp, message.tether_tension)
+        if not hasattr(message, "load_share"):
+            self._data.lacks.add("load_share")
+        else:
+            if message.load_share_valid:
+                self._data.load_share.add(stamp, message.load_share)
+            if message.contact_force_valid:
+                self._data.contact.add(stamp, message.contact_force)
         positions = np.asarray(message.mu_positions, dtype=float)
         for mu in range(len(positions) // 3):
             self._data.truth.setdefault(mu + 1, Series(3)).add(stamp, *positions[3 * mu : 3 * mu + 3])

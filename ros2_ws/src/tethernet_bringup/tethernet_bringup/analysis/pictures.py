@@ -48,6 +48,8 @@ def make(data: MissionData, bag: BagReader, folder: Path, extension: str = "png"
         figures["fuel"] = _one(plots.fuel, data, 8.0, 4.5)
     if len(data.assessments) or len(data.locked):
         figures["capture"] = _one(plots.capture, data, 8.0, 4.5)
+    if len(data.load_share) or len(data.contact):
+        figures["loads"] = _one(plots.loads, data, 8.0, 4.5)
     if visible:
         figures["snapshots"] = _snapshots(data, shots)
     if visible and len(figures) > 1:
@@ -61,7 +63,8 @@ def headline(data: MissionData) -> str:
     parts = [name] if name else []
     parts += [f"{data.mu_count} units"]
     parts += [f"{key} {data.facts[key]}" for key in ("policy", "seed") if data.facts.get(key)]
-    return f"{', '.join(parts)} \N{EM DASH} {verdict(data)}"
+    held = f"\n{data.hold.message.hold_verdict}" if data.hold else ""
+    return f"{', '.join(parts)} \N{EM DASH} {verdict(data)}{held}"
 
 
 def _one(draw: Callable[[Axes, MissionData], None], data: MissionData, width: float, height: float) -> Figure:
@@ -78,24 +81,26 @@ def _thrust(data: MissionData) -> Figure:
 
 def _snapshots(data: MissionData, shots: list[Snapshot]) -> Figure:
     """The whole way on top, what follows below it from nearby."""
-    figure = plots.new_figure(13.0, 10.5)
-    panels = figure.subplot_mosaic([["a", "a"], ["b", "c"]], height_ratios=[0.75, 1.0])
-    _draw_scenes(figure, [panels["a"], panels["b"], panels["c"]], data, shots)
+    below: list[str] = list("bcd"[: max(len(shots) - 1, 2)])
+    figure = plots.new_figure(13.0 if len(below) == 2 else 17.0, 10.5)
+    panels = figure.subplot_mosaic([["a"] * len(below), [*below]], height_ratios=[0.75, 1.0])
+    _draw_scenes(figure, [panels[key] for key in ("a", *below)], data, shots)
     figure.suptitle(headline(data), fontsize=11)
     return figure
 
 
 def _overview(data: MissionData, shots: list[Snapshot]) -> Figure:
-    figure = plots.new_figure(16.0, 9.0)
-    panels = figure.subplot_mosaic(
-        [["a", "a", "a", "b", "b", "c", "c"], ["t", "t", "t", "f", "f", "q", "q"]],
-        height_ratios=[1.25, 1.0],
-    )
-    _draw_scenes(figure, [panels[key] for key in "abc"], data, shots)
+    held = len(shots) > 3  # a hold test: one scene more, and the loads below it
+    figure = plots.new_figure(20.0 if held else 16.0, 9.0)
+    above, below = [*"aaabbcc", *("dd" if held else "")], [*"tttffqq", *("ll" if held else "")]
+    panels = figure.subplot_mosaic([above, below], height_ratios=[1.25, 1.0])
+    _draw_scenes(figure, [panels[key] for key in ("abcd" if held else "abc")], data, shots)
     _facts(panels["a"], data)
     plots.tracking(panels["t"], data)
     plots.fuel(panels["f"], data)
     plots.capture(panels["q"], data)
+    if held:
+        plots.loads(panels["l"], data)
     figure.suptitle(headline(data), fontsize=14, fontweight="bold")
     return figure
 

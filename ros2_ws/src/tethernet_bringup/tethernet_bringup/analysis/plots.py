@@ -4,7 +4,18 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from tethernet_bringup.analysis.metrics import curve, error_source, net_distance, quality, thrust_curve, tracking_error
+import numpy as np
+
+from tethernet_bringup.analysis.metrics import (
+    Curve,
+    curve,
+    enclosure,
+    error_source,
+    net_distance,
+    quality,
+    thrust_curve,
+    tracking_error,
+)
 from tethernet_bringup.analysis.mission_data import MissionData
 from tethernet_bringup.analysis.punctuality import closing_start, delay_text
 from tethernet_bringup.analysis.scene import mu_color
@@ -16,10 +27,12 @@ if TYPE_CHECKING:
 
 _AXIS_COLORS = ("#D55E00", "#009E73", "#0072B2")
 _CQI_SHOWN = 12.0
+_BAND = 0.06
+"""Height of the room for a band below a plot's zero, in heights of the plot."""
 
 
 def mark_phases(axes: Axes, data: MissionData, *, named: bool = True) -> None:
-    """Lines at the trigger, where closing begins, and where the mission ends.
+    """Lines at the trigger, where closing begins, at the verdict where a hold test follows, where the mission ends.
 
     Args:
         axes: with the time since launch along x [s].
@@ -27,12 +40,12 @@ def mark_phases(axes: Axes, data: MissionData, *, named: bool = True) -> None:
         named: write the names at the top.
     """
     for change in data.phases:
-        if change.phase not in (Phase.CLOSING, Phase.COMPLETE, Phase.MISSED, Phase.ABORTED):
+        if change.phase not in (Phase.CLOSING, Phase.HOLDING, Phase.COMPLETE, Phase.MISSED, Phase.ABORTED):
             continue
         time = float(data.seconds(change.time_ns))
         axes.axvline(time, color="black", linewidth=0.8, linestyle=":", zorder=1)
         if named:
-            names = {Phase.CLOSING: _closing_name(data), Phase.COMPLETE: "end"}
+            names = {Phase.CLOSING: _closing_name(data), Phase.HOLDING: _holding_name(data), Phase.COMPLETE: "end"}
             name = names.get(change.phase, change.phase.name.lower())
             axes.annotate(
                 name, (time, 1.0), xycoords=("data", "axes fraction"), xytext=(-2, -3), textcoords="offset points",
@@ -43,6 +56,11 @@ def mark_phases(axes: Axes, data: MissionData, *, named: bool = True) -> None:
 def _closing_name(data: MissionData) -> str:
     start = closing_start(data)
     return "closing" if start is None else f"trigger, closing {delay_text(start)} later"
+
+
+def _holding_name(data: MissionData) -> str:
+    tow = getattr(data.states[-1], "tow", 0.0) if data.states else 0.0
+    return f"verdict, towed with {tow:g} N" if tow else "verdict, hold test"
 
 
 def tracking(axes: Axes, data: MissionData) -> None:
@@ -68,8 +86,10 @@ def tracking(axes: Axes, data: MissionData) -> None:
         right.set_ylim(bottom=0.0)
         axes.plot([], [], color="black", linewidth=1.8, linestyle="--", label="net to debris")  # for the one legend
     if axes.get_legend_handles_labels()[0]:
-        # Left of the trigger and above the falling distance there is always room.
-        share = 1.0 if data.closing_ns is None else float(data.seconds(data.closing_ns)) / axes.get_xlim()[1]
+        # There is always room left of the trigger, above the falling distance; and where a hold test is plotted.
+        share = 1.0
+        if data.closing_ns is not None and data.judged_ns is None:
+            share = float(data.seconds(data.closing_ns)) / axes.get_xlim()[1]
         axes.legend(loc="upper right", bbox_to_anchor=(share - 0.02, 1.0), ncols=2, fontsize=8, frameon=False)
     mark_phases(axes, data)
 
@@ -120,13 +140,18 @@ def fuel(axes: Axes, data: MissionData) -> None:
     _time_axis(axes, data)
     axes.set_title("Fuel of each MU", fontsize=10, loc="left")
     if axes.get_legend_handles_labels()[0]:
-        axes.legend(loc="upper left", ncols=2, fontsize=8, frameon=False)
+        rest = {"ncols": 2, "fontsize": 8, "frameon": False}
+        if data.judged_ns is None:
+            axes.legend(loc="upper left", **rest)
+        else:
+            axes.legend(loc="lower right", **rest)
     mark_phases(axes, data)
 
 
 def capture(axes: Axes, data: MissionData) -> None:
-    """CQI (left) and locked pairs (right) over time."""
+    """CQI, MCQI, whether the debris is enclosed (left) and locked pairs (right) over time."""
     cqi, pairs = quality(data)
+    inside, mcqi = enclosure(data)
     threshold = data.system.capture.cqi_threshold if data.system else None
     if cqi.known:
         axes.plot(cqi.time_s, cqi.value, color="#0072B2", linewidth=1.6)
@@ -138,8 +163,18 @@ def capture(axes: Axes, data: MissionData) -> None:
             )  # fmt: skip
     else:
         axes.text(0.5, 0.5, "not measured", transform=axes.transAxes, ha="center", color="#0072B2")
-    axes.set_ylabel("CQI [-]", color="#0072B2")
-    axes.set_ylim(0.0, 1.05 * _CQI_SHOWN)
+    if mcqi.known:
+        axes.plot(mcqi.time_s, mcqi.value, color="#0072B2", linewidth=1.2, linestyle="-.")
+        last = int(np.flatnonzero(np.isfinite(mcqi.value))[-1])
+        axes.annotate(
+            "MCQI", (mcqi.time_s[last], mcqi.value[last]), xytext=(-2, 4), textcoords="offset points", ha="right",
+            fontsize=8, color="#0072B2",
+        )  # fmt: skip
+    axes.set_ylabel("CQI [-]" if not mcqi.known else "CQI, MCQI (dash-dotted) [-]", color="#0072B2")
+    below = _BAND if inside.known else 0.0
+    axes.set_ylim(-below * _CQI_SHOWN, 1.05 * _CQI_SHOWN)
+    if inside.known:
+        _enclosed_band(axes, inside)
     _time_axis(axes, data)
     axes.set_title("Capture quality and locked pairs", fontsize=10, loc="left")
     right = axes.twinx()
@@ -153,8 +188,45 @@ def capture(axes: Axes, data: MissionData) -> None:
             f"at least {required} needed", (0.02, required),
             xycoords=("axes fraction", "data"), xytext=(0, 2), textcoords="offset points", fontsize=8, color="#D55E00",
         )  # fmt: skip
-        right.set_ylim(0.0, 1.05 * max(system.closing.max_locked_pairs, 1))
+        most = max(system.closing.max_locked_pairs, 1)
+        right.set_ylim(-below * most, 1.05 * most)
     right.set_ylabel("locked pairs", color="#D55E00")
+    mark_phases(axes, data)
+
+
+def _enclosed_band(axes: Axes, inside: Curve) -> None:
+    """A band below the curves: dark while the closed net goes round the whole debris, light while it does not."""
+    steps = np.append(inside.time_s, inside.time_s[-1])
+    for value, color, name in ((1.0, "#009E73", "enclosed"), (0.0, "0.85", "not enclosed")):
+        where = np.append(inside.value, inside.value[-1]) == value
+        if where.any():
+            axes.fill_between(
+                steps, -0.9 * _BAND * _CQI_SHOWN, -0.3 * _BAND * _CQI_SHOWN, where=where, step="post", color=color,
+                linewidth=0.0, label=name,
+            )  # fmt: skip
+    axes.legend(loc="center left", fontsize=8, frameon=False)
+
+
+def loads(axes: Axes, data: MissionData) -> None:
+    """Largest tension over strength (left), force of contact and tension of the main tether (right) over time."""
+    share, force, tether = (curve(data, series) for series in (data.load_share, data.contact, data.tether))
+    if share.known:
+        axes.plot(share.time_s, 100.0 * share.value, color="#0072B2", linewidth=1.0)
+    else:
+        axes.text(0.02, 0.5, "strength not known", transform=axes.transAxes, color="#0072B2")
+    axes.set_ylabel("largest tension over strength [%]", color="#0072B2")
+    axes.set_ylim(bottom=0.0)
+    _time_axis(axes, data)
+    axes.set_title("Loads", fontsize=10, loc="left")
+    right = axes.twinx()
+    for each, color, style, name in (
+        (force, "#D55E00", "-", "contact on the debris"), (tether, "#7a5c00", "--", "main tether"),
+    ):  # fmt: skip
+        if each.known:
+            right.plot(each.time_s, each.value, color=color, linewidth=1.0, linestyle=style, label=name, alpha=0.8)
+    right.set_ylabel("force [N]", color="#D55E00")
+    right.set_ylim(bottom=0.0)
+    right.legend(loc="center left", fontsize=8, frameon=False)
     mark_phases(axes, data)
 
 

@@ -7,6 +7,7 @@ projection is orthographic: lengths compare across the picture, and one scale ba
 
 from __future__ import annotations
 
+import functools
 import itertools
 from collections.abc import Iterator
 from dataclasses import dataclass, field
@@ -47,7 +48,7 @@ class Camera:
     towards_eye: tuple[float, float, float] = (0.80, 0.50, -0.33)
     """From the scene to the eye; the flight along -z then goes from left to right, and y is up."""
 
-    @property
+    @functools.cached_property
     def axes(self) -> np.ndarray:
         """Rows: right and up on the screen, and towards the eye; shape (3, 3)."""
         eye = np.array(self.towards_eye) / np.linalg.norm(self.towards_eye)
@@ -65,18 +66,25 @@ class _Painting:
     camera: Camera
     depths: list[float] = field(default_factory=list)
     shapes: list[np.ndarray] = field(default_factory=list)
-    faces: list[Color] = field(default_factory=list)
-    edges: list[Color] = field(default_factory=list)
+    faces: list[np.ndarray] = field(default_factory=list)
+    edges: list[np.ndarray] = field(default_factory=list)
     widths: list[float] = field(default_factory=list)
+    """All of one length; colours are red, green, blue and opacity."""
 
     def line(self, a: np.ndarray, b: np.ndarray, color: Color, width: float, nearer: float = 0.0) -> None:
         """A thread. ``nearer`` [m] lifts it off the surface that it lies on."""
         ends = self.camera.project(np.stack([a, b]))
         self._add(float(ends[:, 2].mean()) + nearer, ends[:, :2], "none", color, width)
 
-    def face(self, corners: np.ndarray, color: Color, nearer: float = 0.0) -> None:
-        seen = self.camera.project(corners)
-        self._add(float(seen[:, 2].mean()) + nearer, seen[:, :2], color, color, 0.7)
+    def polygons(self, corners: np.ndarray, colors: np.ndarray) -> None:
+        """Polygons of equally many corners, shape (P, C, 3) [m], and their colours, shape (P, 3)."""
+        seen, count = self.camera.project(corners), len(corners)
+        opaque = list(np.column_stack([colors, np.ones(count)]))
+        self.depths += seen[:, :, 2].mean(axis=1).tolist()
+        self.shapes += list(seen[:, :, :2])
+        self.faces += opaque
+        self.edges += opaque
+        self.widths += [0.7] * count
 
     def disc(self, center: np.ndarray, radius: float, color: Color) -> None:
         x, y, depth = self.camera.project(center)
@@ -91,9 +99,9 @@ class _Painting:
         axes.add_collection(
             PolyCollection(
                 [self.shapes[i] for i in order],
-                facecolors=[self.faces[i] for i in order],
-                edgecolors=[self.edges[i] for i in order],
-                linewidths=[self.widths[i] for i in order],
+                facecolors=np.array(self.faces)[order],
+                edgecolors=np.array(self.edges)[order],
+                linewidths=np.array(self.widths)[order],
                 closed=False,
                 capstyle="round",
             )
@@ -102,8 +110,8 @@ class _Painting:
     def _add(self, depth: float, shape: np.ndarray, face: Color, edge: Color, width: float) -> None:
         self.depths.append(depth)
         self.shapes.append(shape)
-        self.faces.append(face)
-        self.edges.append(edge)
+        self.faces.append(_rgba(face))
+        self.edges.append(_rgba(edge))
         self.widths.append(width)
 
 
@@ -142,6 +150,13 @@ def draw(
     axes.set_title(f"{shot.title}, {shot.time_s:.1f} s", fontsize=10, loc="left")
 
 
+def _rgba(color: Color) -> np.ndarray:
+    """Red, green, blue, opacity; shape (4,)."""
+    from matplotlib.colors import to_rgba
+
+    return np.array(list(to_rgba(color))) if isinstance(color, str) else np.append(color, 1.0)
+
+
 def rotation(quaternion: np.ndarray) -> np.ndarray:
     """Rotation matrix of x y z w, body to launch; the identity for a quaternion that is none."""
     norm = np.linalg.norm(quaternion)
@@ -165,24 +180,28 @@ def _debris(painting: _Painting, body: np.ndarray, system: System, picture: floa
     lengths = np.linalg.norm(normals, axis=1)
     seen = (normals @ painting.camera.axes[2] > 0.0) & (lengths > 0.0)
     colors = [_shade(_DEBRIS, normal / length) for normal, length in zip(normals[seen], lengths[seen], strict=True)]
-    for triangle, color in zip(corners[seen], colors, strict=True):
-        for piece in _cut(triangle, _FACET * picture):
-            painting.face(piece, color)
+    pieces, triangle = _cut(corners[seen], _FACET * picture)
+    painting.polygons(pieces, np.array(colors).reshape(-1, 3)[triangle])
 
 
-def _cut(triangle: np.ndarray, longest: float) -> Iterator[np.ndarray]:
-    """A triangle (3, 3) as triangles whose sides are no longer than ``longest`` [m]."""
-    waiting = [triangle]
-    while waiting:
-        corners = waiting.pop()
-        sides = np.linalg.norm(corners - np.roll(corners, -1, axis=0), axis=1)
-        side = int(np.argmax(sides))
-        if sides[side] <= longest:
-            yield corners
-            continue
-        a, b, c = np.roll(corners, -side, axis=0)
+def _cut(triangles: np.ndarray, longest: float) -> tuple[np.ndarray, np.ndarray]:
+    """Triangles (T, 3, 3) as triangles whose sides are no longer than ``longest`` [m], shape (P, 3, 3), and of which
+    one each is a piece, shape (P,). The longest side is halved until it is short enough.
+    """
+    pieces, owners = [], []
+    waiting, owner = triangles, np.arange(len(triangles))
+    while len(waiting):
+        sides = np.linalg.norm(waiting - np.roll(waiting, -1, axis=1), axis=2)
+        side = np.argmax(sides, axis=1)
+        small = sides.max(axis=1) <= longest
+        pieces.append(waiting[small])
+        owners.append(owner[small])
+        turned = (side[~small, None] + np.arange(3)) % 3
+        a, b, c = (waiting[~small][np.arange(len(turned)), turned[:, corner]] for corner in range(3))
         middle = 0.5 * (a + b)
-        waiting += [np.array([a, middle, c]), np.array([middle, b, c])]
+        waiting = np.concatenate([np.stack([a, middle, c], axis=1), np.stack([middle, b, c], axis=1)])
+        owner = np.concatenate([owner[~small]] * 2)
+    return np.concatenate([np.zeros((0, 3, 3)), *pieces]), np.concatenate([np.zeros(0, int), *owners])
 
 
 def _ghost(axes: Axes, camera: Camera, place: np.ndarray, radius: float) -> None:
@@ -232,7 +251,7 @@ def _chaser(painting: _Painting, shot: Snapshot, body: np.ndarray, system: Syste
                 continue
             u, v = np.roll(np.eye(3), -axis - 1, axis=0)[:2]
             square = np.array([normal + a * u + b * v for a, b in ((-1, -1), (1, -1), (1, 1), (-1, 1))]) * half
-            painting.face(center + square @ turn.T, _shade(_CHASER, turn @ normal))
+            painting.polygons((center + square @ turn.T)[None], _shade(_CHASER, turn @ normal)[None])
     tied = system.tether.stiffness_n_m > 0.0 and shot.knots is not None and len(shot.knots) == system.net.node_count
     if tied and shot.knots is not None:
         anchor = center + turn @ np.array([0.0, 0.0, system.chaser.anchor_m])

@@ -43,7 +43,9 @@ class Snapshot:
 
 
 def choose(data: MissionData) -> list[tuple[str, int]]:
-    """Titles and times [ns] of the moments worth looking at: early deployment, trigger, end."""
+    """Titles and times [ns] of the moments worth looking at: early deployment, trigger, verdict where a hold test
+    follows, end.
+    """
     begin, closing = data.origin_ns, data.closing_ns
     end = max(data.net_stamps) if data.net_stamps else data.end_ns
     if data.over_ns is not None:
@@ -53,7 +55,10 @@ def choose(data: MissionData) -> list[tuple[str, int]]:
     moments = [("early deployment", early)]
     if closing is not None and closing <= end:
         moments.append(("trigger", closing))
-    moments.append(("end", end))
+    if data.judged_ns is not None and data.judged_ns <= end:
+        moments += [("verdict", data.judged_ns), ("end of the hold test" if data.hold else "end", end)]
+    else:
+        moments.append(("end", end))
     return moments
 
 

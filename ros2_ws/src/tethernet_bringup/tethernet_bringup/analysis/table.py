@@ -10,6 +10,7 @@ from typing import Any
 
 from tethernet_bringup.analysis.metrics import (
     SETTLED_S,
+    Curve,
     error_source,
     missing,
     net_distance,
@@ -19,9 +20,11 @@ from tethernet_bringup.analysis.metrics import (
     report,
     topic_report,
 )
-from tethernet_bringup.analysis.mission_data import MissionData
+from tethernet_bringup.analysis.mission_data import Assessment, MissionData
 from tethernet_bringup.analysis.punctuality import ClosingStart, closing_start, delay_text, late_decisions
+from tethernet_core.hold import conditions
 from tethernet_core.mission import Phase
+from tethernet_core.unknown import answer
 
 _MU_TOPIC = re.compile(r"/mu(\d+)/(\w+)$")
 
@@ -47,13 +50,25 @@ def summary(data: MissionData, bag: Path) -> dict[str, Any]:
             **{key: data.facts.get(key) for key in ("policy", "seed", "pace", "commit")},
             "verdict": verdict(data),
             "captured": bool(data.final.message.captured) if data.final else None,
-            "cqi": float(cqi.value[-1]) if len(cqi.value) else None,
-            "cqi_all": float(getattr(data.final.message, "cqi_all", math.nan)) if data.final else None,
+            "cqi": _told(data.final, "cqi") if data.hold else _last(cqi),
+            **{name: _told(data.final, name) for name in ("cqi_all", "mcqi")},
+            "enclosed": answer(data.final.message, "enclosed") if data.final else None,
+            "hold_cqi": _told(data.hold, "cqi"),
+            "hold_cqi_all": _told(data.hold, "cqi_all"),
+            "hold_mcqi": _told(data.hold, "mcqi"),
+            "hold_enclosed": answer(data.hold.message, "enclosed") if data.hold else None,
+            "hold_net_debris_distance_m": _told(data.hold, "net_debris_distance"),
+            "held": answer(data.hold.message, "held") if data.hold else None,
+            "hold_verdict": data.hold.message.hold_verdict if data.hold else None,
+            "hold_s": float(getattr(data.states[-1], "hold_duration", 0.0)) if data.states else 0.0,
+            "tow_n": float(getattr(data.states[-1], "tow", 0.0)) if data.states else 0.0,
+            "max_load_share": _told(data.hold or data.final, "max_load_share"),
+            "max_contact_force_n": _told(data.hold or data.final, "max_contact_force"),
             "locked_pairs": int(pairs.value[-1]) if len(pairs.value) else None,
             "max_locked_pairs": system.closing.max_locked_pairs if system else None,
             "required_locked_pairs": system.capture.required_locked_pairs if system else None,
             "mouth_area_m2": float(data.trigger.message.mouth_area) if data.trigger else None,
-            "net_debris_distance_m": float(distance.value[-1]) if len(distance.value) else None,
+            "net_debris_distance_m": _told(data.final, "net_debris_distance") if data.hold else _last(distance),
             "smallest_net_debris_distance_m": float(distance.value.min()) if len(distance.value) else None,
             "trigger_s": start.trigger_s if start else None,
             "closing_began_ticks_after_trigger": start.ticks if start else None,
@@ -93,6 +108,15 @@ def verdict(data: MissionData) -> str:
     return "no verdict in this bag" + (f": it ends in phase {last.phase.name}" if last else "")
 
 
+def _last(values: Curve) -> float | None:
+    return float(values.value[-1]) if len(values.value) else None
+
+
+def _told(assessment: Assessment | None, name: str) -> float | None:
+    """A number of an assessment, NaN where it is not known."""
+    return None if assessment is None else float(getattr(assessment.message, name))
+
+
 def remarks(data: MissionData) -> list[str]:
     """What is wrong with the bag, what is missing, what was left out."""
     bad = [f"{topic}: {count} messages do not fit their type" for topic, count in sorted(data.undecodable.items())]
@@ -111,17 +135,28 @@ def text(content: dict[str, Any]) -> str:
     facts += [f"{name} {content[name]}" for name in ("policy", "seed", "pace") if content[name]]
     facts += [f"commit {content['commit'][:12]}"] if content["commit"] else []
     lines = [content["bag"], ", ".join(facts), "", content["verdict"]]
+    if content["hold_verdict"] is not None:
+        lines.append(f"{content['hold_verdict']} ({conditions(content['hold_s'], content['tow_n'])})")
     lines += [
         f"  {name:<28}{value}"
         for name, value in (
-            ("CQI", _number(content["cqi"], 2)),
-            ("CQI with the units counted", _number(content["cqi_all"], 2)),
+            ("CQI", _number(content["cqi"], 2) + _later(content, "hold_cqi", 2)),
+            ("CQI with the units counted", _number(content["cqi_all"], 2) + _later(content, "hold_cqi_all", 2)),
+            ("MCQI", _number(content["mcqi"], 2) + _later(content, "hold_mcqi", 2)),
+            ("enclosed", _yes(content["enclosed"]) + _later(content, "hold_enclosed")),
+            ("held", _yes(content["held"])),
+            ("largest load of a thread", _percent(content["max_load_share"], " of its strength")),
+            ("largest contact force", _number(content["max_contact_force_n"], 0, " N")),
             ("locked pairs", _pairs(content)),
             ("trigger", _number(content["trigger_s"], 2, " s after launch")),
             ("closing began", _began(content)),
             ("decisions while closing", _decisions(content)),
             ("mouth area at the trigger", _number(content["mouth_area_m2"], 1, " m2")),
-            ("net to debris at the end", _number(content["net_debris_distance_m"], 2, " m")),
+            (
+                "net to debris at the end",
+                _number(content["net_debris_distance_m"], 2, " m")
+                + _later(content, "hold_net_debris_distance_m", 2, " m"),
+            ),
         )
     ]
     lines += ["", "phase        from [s]    to [s]"]
@@ -224,6 +259,22 @@ def _pairs(content: dict[str, Any]) -> str:
         return str(content["locked_pairs"])
     needed = content["required_locked_pairs"]
     return f"{content['locked_pairs']} of {content['max_locked_pairs']}, at least {needed} needed"
+
+
+def _later(content: dict[str, Any], key: str, digits: int = 0, unit: str = "") -> str:
+    """What has become of it at the end of the hold test; empty without one."""
+    value = content[key]
+    if value is None:
+        return ""
+    return f", after the hold test {_yes(value) if isinstance(value, bool) else _number(value, digits, unit)}"
+
+
+def _yes(value: bool | None) -> str:
+    return "-" if value is None else "yes" if value else "no"
+
+
+def _percent(share: float | None, of: str) -> str:
+    return "-" if share is None else f"{100.0 * share:.1f} %{of}"
 
 
 def _number(value: float | None, digits: int, unit: str = "") -> str:

@@ -11,6 +11,7 @@ from typing import Any
 from tethernet_core.atomic_file import write_text
 from tethernet_core.command import FAULT
 from tethernet_core.errors import InputError
+from tethernet_core.hold import conditions
 from tethernet_core.subcommand import Parser, Subcommand, number, whole_number
 from tethernet_core.system import System
 from tethernet_core.system.option import add_system, chosen_system
@@ -70,7 +71,7 @@ def _report(outcome: Outcome, policy: str) -> str:
         times += f"; the net closed from {outcome.trigger_time_s:.1f} s on"
     lines = [f"{'CAPTURED' if outcome.captured else 'NOT CAPTURED'}   {outcome.verdict}"]
     if outcome.held is not None:
-        how = f"{outcome.hold_s:g} s after the verdict" + (f", towed with {outcome.tow_n:g} N" if outcome.tow_n else "")
+        how = conditions(outcome.hold_s, outcome.tow_n)
         lines.append(f"{'HELD' if outcome.held else 'NOT HELD'}   {outcome.hold_verdict} ({how})")
     rows = [
         ("end", times),

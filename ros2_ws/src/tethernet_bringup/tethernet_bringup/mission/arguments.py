@@ -29,8 +29,12 @@ LONGEST_WORD = 80
 """[characters] shown of what was given."""
 
 EXIT_STATUS = """\
-exit status: 0 captured, 3 flown but not captured, 2 bad usage, 1 a fault (the reason is printed),
+exit status: 0 captured (held or not), 3 flown but not captured, 2 bad usage, 1 a fault (the reason is printed),
 130 ended by Ctrl-C, 143 ended by SIGTERM"""
+EXAMPLES = """\
+examples:
+  python run_mission.py --mus 4 --debris 3 -2 -48 --tumble 0 0.05 0
+  python run_mission.py --mus 8 --hold 60 --tow 20 --pace lockstep"""
 
 
 class UsageError(ValueError):
@@ -75,7 +79,7 @@ def _parser() -> argparse.ArgumentParser:
     parser = _Parser(
         prog=PROGRAM,
         description="Fly a tether-net capture mission over ROS 2, record it and print the verdict.",
-        epilog=EXIT_STATUS,
+        epilog=f"{EXAMPLES}\n\n{EXIT_STATUS}",
         formatter_class=argparse.RawDescriptionHelpFormatter,
         allow_abbrev=False,
     )
@@ -100,6 +104,14 @@ def _parser() -> argparse.ArgumentParser:
         "--policy", metavar="POLICY",
         help="who chooses the aiming points: nominal, rl (the trained policy that is shipped) or the path of a "
         "policy.safetensors; default: rl where a policy is shipped for the system, else nominal",
+    )  # fmt: skip
+    add(
+        "--hold", metavar="S",
+        help="go on so long after the verdict and say whether the debris is held [s]; default 0: end with the verdict",
+    )  # fmt: skip
+    add(
+        "--tow", metavar="N",
+        help="meanwhile the chaser tows with this steady tension of the main tether [N]; default 0: it coasts",
     )  # fmt: skip
     add(
         "--pace",
@@ -141,6 +153,9 @@ def _check(options: argparse.Namespace) -> None:
     options.debris = _numbers("--debris", options.debris)
     options.tumble = _numbers("--tumble", options.tumble)
     options.attitude = _unit_quaternion(options)
+    for name in ("hold", "tow"):
+        if (word := getattr(options, name)) is not None:
+            setattr(options, name, _number(f"--{name}", word))
     if options.seed is not None:
         options.seed = _whole("--seed", options.seed, 0, LARGEST_SEED)
     for name, allowed in (("pace", PACES), ("discovery", DISCOVERY_RANGES)):

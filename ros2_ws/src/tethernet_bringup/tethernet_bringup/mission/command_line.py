@@ -26,13 +26,14 @@ from tethernet_bringup.mission.outcome import (
     ExitStatus,
     FlightRecord,
     build,
-    describe,
     exit_status,
     verdict,
     write,
 )
+from tethernet_bringup.mission.outcome_text import describe
 from tethernet_bringup.mission.run_folder import keep_traceback
 from tethernet_core.command import complain, explain, let_go_of_closed_streams
+from tethernet_core.hold import conditions
 from tethernet_core.quiet_start import open_standard_streams
 from tethernet_ros import topics
 
@@ -221,6 +222,8 @@ def _banner(setup: MissionSetup, options: Namespace, folder: RunFolder) -> str:
     place = f"debris at ({x:g}, {y:g}, {z:g}) m"
     what = f"{setup.system.name}, {_units(setup)}"
     lines = [f"mission: {what}, {place}, policy {setup.policy}, seed {scenario.seed}, {scenario.pace}"]
+    if setup.hold_s:
+        lines.append(f"hold test: {conditions(setup.hold_s, setup.tow_n)}")
     if setup.external:
         which = "all units, no simulator" if not setup.simulated else ", ".join(f"MU {mu}" for mu in setup.external)
         lines.append(f"external: {which}")

@@ -281,10 +281,14 @@ class Flight:
         from tethernet_bringup.mission.monitor_node import settled
 
         def told() -> bool:
-            return self._record.final is not None
+            return self._record.all_judged
+
+        def problem() -> str:
+            what = "no verdict" if self._record.final is None else "no verdict on the hold"
+            return f"{what} {timeout:g} s after the end of the mission"
 
         timeout = self._plan.parameters.verdict_timeout_s
-        self._wait(told, timeout, lambda: f"no verdict {timeout:g} s after the end of the mission")
+        self._wait(told, timeout, problem)
         if self._launched_at is not None:
             self._record.wall_time_s = time.monotonic() - self._launched_at
         self._measure_memory()

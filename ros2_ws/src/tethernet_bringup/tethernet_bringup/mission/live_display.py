@@ -5,10 +5,14 @@ from __future__ import annotations
 import math
 import shutil
 import time
-from typing import TextIO
+from typing import TYPE_CHECKING, TextIO
 
 from tethernet_bringup.mission.outcome import FlightRecord
 from tethernet_core.mission import Phase
+from tethernet_core.unknown import answer
+
+if TYPE_CHECKING:
+    from tethernet_msgs.msg import CaptureAssessment
 
 _LIVE_PERIOD_S = 0.2
 _PHASE_TEXT = {
@@ -18,6 +22,7 @@ _PHASE_TEXT = {
     Phase.COMPLETE: "end of the capture",
     Phase.MISSED: "missed",
     Phase.ABORTED: "aborted",
+    Phase.HOLDING: "hold test",
 }
 _WHAT_HAPPENS = {
     Phase.DEPLOYING: {"flown": ": the units pull the net open", "ejected": ": the net is ejected"},
@@ -44,6 +49,7 @@ class Display:
         self._gone = False
         self._next_report_s = 0.0
         self._phase: Phase | None = None
+        self._told_verdict = False
 
     def note(self, text: str) -> None:
         """A line, or several, to stay."""
@@ -63,6 +69,9 @@ class Display:
             self._phase = record.phase
             if record.phase in _PHASE_TEXT:
                 self.note(_phase_line(record))
+        if record.phase == Phase.HOLDING and record.final is not None and not self._told_verdict:
+            self._told_verdict = True  # of other missions it is the last thing that is said
+            self.note(f"{record.time_s or 0.0:6.1f} s  {record.final.verdict}")
         if not record.launched or record.phase.over:
             return
         if self._live:
@@ -92,7 +101,9 @@ def flight_line(record: FlightRecord) -> str:
     parts = [f"{record.time_s or 0.0:6.1f} s", f"{record.phase.name:<9}"]
     if progress is not None:
         parts.append(f"distance {_figure(progress.net_debris_distance, 5, 2)} m")
-    if record.system.units:
+    if record.phase == Phase.HOLDING:
+        parts += _holding(progress)
+    elif record.system.units:
         parts.append(f"error {_figure(max((s.tracking_error for s in statuses), default=math.nan), 4, 2)} m")
         parts.append(f"fuel {sum(s.fuel for s in statuses):5.3f} kg")
     if progress is not None and progress.max_locked_pairs:
@@ -102,6 +113,14 @@ def flight_line(record: FlightRecord) -> str:
     return "  ".join(parts)
 
 
+def _holding(progress: CaptureAssessment | None) -> list[str]:
+    """How the debris is held just now, as far as it is known."""
+    inside = None if progress is None else answer(progress, "enclosed")
+    share = math.nan if progress is None else progress.max_load_share
+    parts = [] if inside is None else ["enclosed" if inside else "not enclosed"]
+    return parts + ([f"load {100.0 * share:.1f} %"] if math.isfinite(share) else [])
+
+
 def _phase_line(record: FlightRecord) -> str:
     text = _PHASE_TEXT[record.phase]
     what = _WHAT_HAPPENS.get(record.phase, {})
@@ -109,6 +128,11 @@ def _phase_line(record: FlightRecord) -> str:
         text += what[record.system.closing.kind]
     elif what:
         text += what[record.system.launch.kind if record.system.units else "ejected"]
+    if record.phase == Phase.HOLDING:
+        text += f": {record.hold_s:g} s, "
+        text += f"the chaser tows with {record.tow_n:g} N" if record.tow_n else "the chaser coasts"
+    elif record.phase == Phase.COMPLETE and record.hold_s:
+        text = "end of the hold test"
     if record.phase in (Phase.MISSED, Phase.ABORTED) and record.reason:
         text += f": {record.reason}"
     when = f"{record.time_s:6.1f} s" if record.time_s is not None else " " * 8

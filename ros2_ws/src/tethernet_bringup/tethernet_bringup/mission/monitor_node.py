@@ -187,6 +187,8 @@ class Monitor:
             self._record.trigger = message
         elif message.stage == CaptureAssessment.FINAL:
             self._record.final = message
+        elif message.stage == CaptureAssessment.HELD:
+            self._record.hold = message
 
     def _on_status(self, message: MuStatus) -> None:
         self._record.statuses[message.mu] = message
@@ -237,7 +239,7 @@ class ConnectionCheck:
 
 def settled(record: FlightRecord, simulated: bool) -> bool:
     """Whether all is told: the verdict, the simulator's account, every living controller's account up to the end."""
-    if record.state is None or record.phase not in (Phase.COMPLETE, Phase.MISSED) or record.final is None:
+    if record.state is None or record.phase not in (Phase.COMPLETE, Phase.MISSED) or not record.all_judged:
         return record.phase == Phase.ABORTED
     if simulated and not (record.sim is not None and record.sim.finished):
         return False

@@ -1,4 +1,4 @@
-"""What became of a mission: the numbers of ``outcome.json``, the exit status, the text a person reads.
+"""What became of a mission: the numbers of ``outcome.json`` and the exit status.
 
 Without ROS: messages are only read here, by their fields' names.
 """
@@ -8,16 +8,15 @@ from __future__ import annotations
 import enum
 import json
 import math
-from collections.abc import Iterable
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from tethernet_core.aiming import FALLBACK
 from tethernet_core.atomic_file import write_text
 from tethernet_core.mission import Mission, Phase, seconds_between
 from tethernet_core.mission_gate import MissionGate
 from tethernet_core.system import System
+from tethernet_core.unknown import answer
 
 if TYPE_CHECKING:
     from builtin_interfaces.msg import Time
@@ -57,6 +56,8 @@ class FlightRecord:
     """The assessment at the start of closing."""
     final: CaptureAssessment | None = None
     """The assessment with the verdict."""
+    hold: CaptureAssessment | None = None
+    """The assessment of the hold test."""
     statuses: dict[int, MuStatus] = field(default_factory=dict)
     """Newest tethernet_msgs/MuStatus by MU."""
     sim: SimStatus | None = None
@@ -99,9 +100,29 @@ class FlightRecord:
         """True once a launch time is known."""
         return self.launch_ns is not None
 
+    @property
+    def hold_s(self) -> float:
+        """Length of the hold test that was asked for [s]; 0: none."""
+        return float(self.state.hold_duration) if self.state is not None else 0.0
+
+    @property
+    def tow_n(self) -> float:
+        """Tension that the chaser was to tow with in it [N]."""
+        return float(self.state.tow) if self.state is not None else 0.0
+
+    @property
+    def all_judged(self) -> bool:
+        """Whether the verdict is there, and where a hold test was asked for, that on the hold too."""
+        return self.final is not None and (self.hold_s == 0.0 or self.hold is not None)
+
+    @property
+    def hold_cut_short(self) -> bool:
+        """Whether the mission was ended by hand before the hold test was over that was asked for."""
+        return bool(self.interrupted_by) and self.hold_s > 0.0 and self.hold is None
+
     def forget_what_was_heard(self) -> None:
         """Go back to what this command knows of itself, where what it has heard cannot be made sense of."""
-        self.state = self.progress = self.trigger = self.final = self.sim = None
+        self.state = self.progress = self.trigger = self.final = self.hold = self.sim = None
         self.statuses = {}
 
     def take_state(self, state: MissionState) -> None:
@@ -113,7 +134,7 @@ class FlightRecord:
         if not self._gate.take(heard) and not self._gate.is_present(heard):
             return
         self.state = state
-        if self.launch_ns is None and Phase.DEPLOYING <= state.phase < Phase.ABORTED:
+        if self.launch_ns is None and (phase.under_way or phase in (Phase.COMPLETE, Phase.MISSED)):
             self.launch_ns = nanoseconds(state.launch_time)
 
     @property
@@ -170,16 +191,27 @@ def build(record: FlightRecord) -> dict[str, Any]:
     late = sum(record.sim.late_commands) if record.sim is not None else 0
     own = [record.statuses[mu] for mu in _mus(record) if mu in record.statuses]
     gaps = sum(status.deadline_misses for status in own)
-    ended = record.phase in (Phase.COMPLETE, Phase.MISSED)
+    judged = record.phase in (Phase.HOLDING, Phase.COMPLETE, Phase.MISSED)
     trigger_time = _time(record, "closing_time") if closing else None
-    end_time = _time(record, "end_time") if ended else None
+    end_time = _time(record, "end_time") if judged else None
+    tested = record.state is not None and nanoseconds(record.state.hold_end_time) > 0
+    newest = record.hold if record.hold is not None else final
     content = {
         "captured": status == ExitStatus.CAPTURED,
         "exit_status": int(status),
         "verdict": verdict(record),
         "cqi": _number(final, "cqi"),
         "cqi_all": _number(final, "cqi_all"),
+        "mcqi": _number(final, "mcqi"),
+        "enclosed": answer(final, "enclosed"),
         "locked_pairs": int(final.locked_pairs) if final is not None else None,
+        "held": answer(record.hold, "held"),
+        "hold_verdict": hold_verdict(record),
+        "hold_end_time_s": _time(record, "hold_end_time") if record.hold is not None and tested else None,
+        "hold_s": record.hold_s,
+        "tow_n": record.tow_n,
+        "max_load_share": _number(newest, "max_load_share"),
+        "max_contact_force_n": _number(newest, "max_contact_force"),
         "trigger_time_s": trigger_time,
         "end_time_s": end_time,
         "fuel_kg": _per_mu(record, "fuel"),
@@ -248,21 +280,27 @@ def verdict(record: FlightRecord) -> str:
     """One sentence: what became of the mission."""
     if record.faults:
         return record.faults[0]
-    if record.final is not None:
+    if record.final is not None and not record.hold_cut_short:
         return record.final.verdict
     if record.interrupted_by:
         when = f"{record.time_s:.1f} s after launch" if record.time_s is not None else "before launch"
-        return f"ended by {record.interrupted_by} {when}: no verdict"
+        known = "no verdict" if record.final is None else f"the hold test was not over ({record.final.verdict})"
+        return f"ended by {record.interrupted_by} {when}: {known}"
     if record.phase == Phase.ABORTED:
         return f"aborted: {record.why_aborted}"
     return "no verdict"
+
+
+def hold_verdict(record: FlightRecord) -> str | None:
+    """One sentence: what became of the hold test; None where none was asked for, or the mission did not get so far."""
+    return record.hold.hold_verdict if record.hold is not None else None
 
 
 def exit_status(record: FlightRecord) -> ExitStatus:
     """What the command's exit status says of this flight."""
     if record.faults:
         return ExitStatus.FAULT
-    if record.final is not None:
+    if record.final is not None and not record.hold_cut_short:
         return ExitStatus.CAPTURED if record.final.captured else ExitStatus.NOT_CAPTURED
     if record.interrupted_by:
         return ExitStatus.TERMINATED if record.interrupted_by == "SIGTERM" else ExitStatus.INTERRUPTED
@@ -282,62 +320,6 @@ def write(folder: Path, content: dict[str, Any]) -> Path:
     path = folder / FILE_NAME
     write_text(path, json.dumps(content, indent=2, allow_nan=False) + "\n")
     return path
-
-
-def describe(record: FlightRecord, content: dict[str, Any], folder: Path, analyse_command: str) -> list[str]:
-    """The block of lines that ends the mission on the terminal."""
-    lines = ["", f"  {_headline(record)}   {content['verdict']}", ""]
-    lines += [f"    {name:<18} {text}" for name, text in _rows(record, content)]
-    for title, entries in (("faults", record.faults[1:]), ("warnings", record.warnings)):
-        if entries:
-            lines.append(f"    {title}")
-            lines += [f"      {entry}" for entry in entries]
-    lines += ["", f"    {'recording':<18} {folder / 'bag'}", f"    {'outcome':<18} {folder / FILE_NAME}"]
-    lines += [f"    {'logs':<18} {folder / 'logs'}", f"    {'look at it with':<18} {analyse_command}", ""]
-    return lines
-
-
-def _headline(record: FlightRecord) -> str:
-    status, final = exit_status(record), record.final
-    if status == ExitStatus.NOT_CAPTURED and final is not None and not math.isfinite(final.cqi):
-        return "DOCKED" if final.locked_pairs >= final.required_locked_pairs else "NOT DOCKED"
-    words = {ExitStatus.CAPTURED: "CAPTURED", ExitStatus.NOT_CAPTURED: "NOT CAPTURED", ExitStatus.FAULT: "FAULT"}
-    return words.get(status, "ENDED EARLY")
-
-
-def _rows(record: FlightRecord, content: dict[str, Any]) -> Iterable[tuple[str, str]]:
-    final = record.final
-    if final is not None:
-        if final.max_locked_pairs:
-            need = f"{final.locked_pairs} of {final.max_locked_pairs} ({final.required_locked_pairs} needed)"
-            yield "locked pairs", need
-        yield "CQI", f"{content['cqi']:.3f}" if content["cqi"] is not None else "could not be measured"
-        if content["cqi_all"] is not None:
-            yield "with units counted", f"{content['cqi_all']:.3f}"
-    expected = content["prediction"]
-    if expected is not None:
-        likely = f"captured with {100.0 * expected['capture_probability']:.0f} %"
-        yield "predicted", f"{expected['locked_pairs']:.1f} pairs, CQI {expected['cqi']:.2f}, {likely}"
-    fallen_back = [mu for mu, source in enumerate(content["aiming_sources"], 1) if source == FALLBACK]
-    if fallen_back:
-        yield "nominal points", "in the place of the policy's: " + ", ".join(f"MU {mu}" for mu in fallen_back)
-    yield "trigger", _seconds(content["trigger_time_s"], "after launch")
-    yield "end", _seconds(content["end_time_s"] or content["flown_s"], "after launch")
-    fuel = {mu: value for mu, value in enumerate(content["fuel_kg"], 1) if value is not None}
-    if fuel:
-        worst = max(fuel, key=fuel.__getitem__)
-        yield "fuel", f"{sum(fuel.values()):.3f} kg in all, most by MU {worst}: {fuel[worst]:.3f} kg"
-    if content["max_tracking_error_m"] is not None:
-        yield "tracking error", f"{content['max_tracking_error_m']:.2f} m at most"
-    if content["mouth_area_m2"] is not None:
-        yield "mouth at trigger", f"{content['mouth_area_m2']:.0f} m^2"
-    if content["wall_time_s"] is not None and content["real_time_factor"] is not None:
-        yield "wall time", f"{content['wall_time_s']:.1f} s ({content['real_time_factor']:.2f} x real time)"
-    yield "deadlines missed", str(content["deadline_misses"])
-    if content["messages"]:
-        yield "recorded", f"{sum(content['messages'].values())} messages on {len(content['messages'])} topics"
-    if record.lost_controllers:
-        yield "lost controllers", ", ".join(f"MU {mu}" for mu in sorted(record.lost_controllers))
 
 
 def _mus(record: FlightRecord) -> range:
@@ -372,7 +354,3 @@ def _real_time_factor(record: FlightRecord) -> float | None:
 
 def _rounded(value: float | None) -> float | None:
     return None if value is None or not math.isfinite(value) else round(value, 3)
-
-
-def _seconds(value: float | None, what: str) -> str:
-    return "did not come" if value is None else f"{value:.2f} s {what}"

@@ -59,7 +59,7 @@ def check_shared(values: Values) -> None:
 
 
 def check_flight_time(built: Mapping[str, list[Any]], sources: Sources) -> None:
-    """A controller must not end a flight that the mission's rules allow."""
+    """A controller must not end a flight that the mission's rules allow; in a hold test it is off."""
     rules = next(instance for instance in built[PLANNER] if isinstance(instance, MissionParameters))
     needed_s = rules.give_up_s + rules.capture_duration_s
     for node, instances in built.items():
@@ -70,16 +70,6 @@ def check_flight_time(built: Mapping[str, list[Any]], sources: Sources) -> None:
                     f"{source}longest_flight_s = {control.longest_flight_s:g} s; "
                     f"allowed: more than give_up_s and capture_duration_s together, {needed_s:g} s"
                 )
-
-
-def check_hold(built: Mapping[str, list[Any]], sources: Sources) -> None:
-    """A hold test is flown in process alone: the nodes' messages do not tell of one yet."""
-    rules = next(instance for instance in built[PLANNER] if isinstance(instance, MissionParameters))
-    if rules.hold_s > 0.0:
-        source = sources.get((PLANNER, "hold_s"), f"{PLANNER}: ")
-        raise MissionParametersError(
-            f"{source}hold_s = {rules.hold_s:g} s; allowed over ROS: 0; tethernet fly --hold flies the test in process"
-        )
 
 
 def _plain(value: Any) -> Any:

@@ -20,7 +20,6 @@ from tethernet_bringup.mission.parameter_checks import (
     MissionParametersError,
     Values,
     check_flight_time,
-    check_hold,
     check_physics,
     check_recording,
     check_shared,
@@ -47,6 +46,8 @@ _SCENARIO_FLAGS = {
     "seed": "seed",
     "pace": "pace",
 }
+_RULE_FLAGS = {"hold_s": "hold", "tow_n": "tow"}
+"""Of the mission's rules."""
 
 
 @dataclass(frozen=True)
@@ -86,7 +87,17 @@ class MissionSetup:
     def longest_s(self) -> float:
         """From launch to the end of the longest mission that the rules allow [s]."""
         planner = self.nodes[PLANNER]
-        return planner["launch_delay_s"] + planner["give_up_s"] + planner["capture_duration_s"]
+        return planner["launch_delay_s"] + planner["give_up_s"] + planner["capture_duration_s"] + self.hold_s
+
+    @property
+    def hold_s(self) -> float:
+        """Length of the hold test that is asked for [s]; 0: none."""
+        return float(self.nodes[PLANNER]["hold_s"])
+
+    @property
+    def tow_n(self) -> float:
+        """Tension of the main tether that the chaser tows with in it [N]."""
+        return float(self.nodes[PLANNER]["tow_n"])
 
     def recorded_in(self, bag: Path, run_info: Path, description: Path) -> MissionSetup:
         """The same mission, recorded in this folder with the facts from this JSON file; all nodes read what is flown
@@ -135,7 +146,6 @@ def resolve(options: argparse.Namespace) -> MissionSetup:
     check_shared(values)
     check_recording(values[RECORDER]["extra_topics"], system, sources)
     check_flight_time(built, sources)
-    check_hold(built, sources)
     models = check_models(values, system, sources)
     scenario = next(instance for instance in built[SIM] if isinstance(instance, ScenarioParameters))
     rules = next(instance for instance in built[PLANNER] if isinstance(instance, MissionParameters))
@@ -294,6 +304,14 @@ def _apply_flags(
         if flag is not None:
             scenario[key] = list(flag) if isinstance(flag, tuple) else flag
             sources[SIM, key] = f"--{name}: "
+    for key, name in _RULE_FLAGS.items():
+        if (flag := getattr(options, name)) is not None:
+            values[PLANNER][key] = flag
+            sources[PLANNER, key] = f"--{name}: "
+    if options.no_sim and values[PLANNER]["tow_n"]:
+        options.notices.append(
+            "--tow: without a simulator the real chaser tows, which has to follow /mission/state (phase HOLDING, tow)"
+        )
     if options.external_mu:
         too_large = [mu for mu in options.external_mu if mu > mu_count]
         if too_large:

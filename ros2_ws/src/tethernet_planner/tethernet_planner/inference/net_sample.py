@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -38,6 +39,14 @@ class NetSample:
     """Of the debris' centre of mass [m/s]."""
     center_all: tuple[float, float, float] | None = None
     """The centre of mass of knots and MUs [m]; None where it is not known."""
+    debris_attitude: tuple[float, float, float, float] | None = None
+    """Unit quaternion x y z w, debris body to launch; None where it is not known."""
+    locked: tuple[bool, ...] = ()
+    """Which closing pairs are locked, in their order round the mouth; empty where that is not known."""
+    max_load_share: float = math.nan
+    """Largest tension of any thread over its strength since launch [-]; NaN where it is not known."""
+    max_contact_force_n: float = math.nan
+    """Largest force of contact on the debris since launch [N]; likewise."""
 
     @property
     def source(self) -> str:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from geometry_msgs.msg import TransformStamped
 from nav_msgs.msg import Odometry
@@ -13,6 +15,7 @@ from tethernet_core.system import System
 from tethernet_msgs.msg import NetState
 from tethernet_ros import topics
 from tethernet_ros.template import Template
+from tethernet_sim.loads import Loads
 from tethernet_sim.state import ATTITUDE, CHASER, DEBRIS, POSITION
 from tethernet_sim.world import World
 
@@ -79,7 +82,7 @@ class NetStateMessage:
         """
         net, mus, pairs = system.net, system.unit_count, system.closing.max_locked_pairs
         rows, columns = (0, 0) if net.grid is None else (net.grid.rows, net.grid.columns)
-        message = NetState(rows=rows, columns=columns, center_of_mass_all_valid=True)
+        message = NetState(rows=rows, columns=columns, center_of_mass_all_valid=True, contact_force_valid=True)
         message.header.frame_id = topics.FRAME
         counts = {
             "knot_positions": 3 * net.node_count, "knot_velocities": 3 * net.node_count, "mu_positions": 3 * mus,
@@ -96,9 +99,11 @@ class NetStateMessage:
         )
         self._locked = template.flags("locked[0]", pairs)
         self._tether = template.doubles("tether_length", 2)
+        self._share_known, self._shares = template.flags("load_share_valid", 1), template.doubles("load_share", 2)
+        self._contact = template.doubles("contact_force", 2)
 
-    def fill(self, stamp_ns: int, world: World) -> Template:
-        """The message for the net's present state."""
+    def fill(self, stamp_ns: int, world: World, loads: Loads) -> Template:
+        """The message for the net's present state and its loads."""
         self._template.stamp(stamp_ns)
         self._center[:] = world.net_center(0)
         self._center_all[:] = world.net_center_all(0)
@@ -108,6 +113,10 @@ class NetStateMessage:
         self._mu_velocities[:] = world.mu_velocities_as_published(0)
         self._locked[:] = world.state.locked[0]
         self._tether[:] = world.tether(0)
+        self._contact[:] = loads.contact_now_n(0), loads.contact_n(0)
+        share, largest = loads.share_now(0), loads.share(0)
+        self._share_known[:] = known = not math.isnan(largest)
+        self._shares[:] = (share, largest) if known else 0.0  # no message carries NaN
         return self._template
 
 

@@ -39,6 +39,7 @@ from tethernet_ros.parameters import NODE_OPTIONS, declare
 from tethernet_ros.serialized import OdometrySample, ThrustCommand
 from tethernet_ros.well_formed import MessageError
 from tethernet_sim.latency import LatencyCount
+from tethernet_sim.loads import Loads
 from tethernet_sim.lockstep import Barrier, CommandBuffer
 from tethernet_sim.ros.markers import Markers
 from tethernet_sim.ros.messages import BodyOdometry, ClockMessage, NetStateMessage, Transforms, UnitOdometry
@@ -71,6 +72,7 @@ class SimNode(Node):
         self.mus = range(1, mus + 1)
         position, attitude, rate = (values[None] for values in self._initial_debris())
         self.world = World(system, position, attitude, rate, physics, self.control)
+        self.loads = Loads(self.world)
         self.external = set(self.scenario.external_units(system))
         for mu in self.external:
             self.world.external[0, mu - 1] = True
@@ -237,7 +239,10 @@ class SimNode(Node):
             # A stand-in of which nothing is heard any more drifts, and the net draws it along: drawn on after its last
             # target it would tear at the net with whatever force that takes.
             self.world.external[0, mu - 1] = self.stamp_ns - self._heard_ns[mu] <= self.control.held_ns
+        if self.mission.phase == Phase.HOLDING and self.stamp_ns >= self.mission.hold_ns:
+            self.world.tow(0, self.mission.tow_n)
         self.world.advance(thrust)
+        self.loads.look(_FIRST)
         c = self.control
         for m, force in enumerate(thrust[0]):
             impulse_s = self.system.units[m].specific_impulse_s
@@ -261,7 +266,7 @@ class SimNode(Node):
         if self.external:
             self._publish_clock(stamp_ns)
         self._publish_body(DEBRIS)
-        self._net_out.publish_template(self._net.fill(stamp_ns, self.world))
+        self._net_out.publish_template(self._net.fill(stamp_ns, self.world, self.loads))
         noise = self.noise.draw(1)[0]
         measured = np.stack([state.mu_pos[0], state.mu_vel[0]], axis=1) + noise
         for mu, (position, velocity) in zip(self.mus, measured, strict=True):
