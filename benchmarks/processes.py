@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import os
+import re
 import threading
 import time
 from pathlib import Path
 
 _TICK_S = 1.0 / os.sysconf("SC_CLK_TCK")
-_NODE = "__node:="
+_NODE = re.compile(r"__node:=(\w+)")
 """Tells a node's name on its command line."""
 
 
@@ -81,11 +82,11 @@ class CpuSampler:
             return "command"
         if pid not in self._names:
             try:
-                words = Path(f"/proc/{pid}/cmdline").read_bytes().decode(errors="replace").split("\0")
+                words = Path(f"/proc/{pid}/cmdline").read_bytes().decode(errors="replace")
             except OSError:
-                words = []
-            node = next((word for word in words if word.startswith(_NODE)), None)
+                words = ""
+            node = _NODE.search(words)
             if node is None:
                 return f"process {pid}"  # perhaps not yet what it is about to be
-            self._names[pid] = node.removeprefix(_NODE)
+            self._names[pid] = node[1]
         return self._names[pid]

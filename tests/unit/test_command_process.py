@@ -7,6 +7,7 @@ import shutil
 import signal
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 import pytest
@@ -73,8 +74,11 @@ def test_no_node_imports_from_the_working_folder(tmp_path, logs, monkeypatch, no
     monkeypatch.chdir(here)
     with Supervisor(logs, environment, load(SupervisorParameters)) as crew:
         crew.start(NodeProcess(node, NODES[node], arguments=("nonsense",)))
-        ended = crew._processes[node][1].wait(PATIENCE_S)
-        assert ended == 2, crew.tail(node)
+        deadline, ended = time.monotonic() + PATIENCE_S, []
+        while not ended and time.monotonic() < deadline:
+            ended = crew.deaths()
+            time.sleep(0.01)
+        assert [exit_.code for exit_ in ended] == [2], crew.tail(node)
         assert "unexpected argument 'nonsense'" in crew.tail(node)[-1]
     assert not any(trace.exists() for trace in traces), [trace.read_text() for trace in traces if trace.exists()]
 

@@ -102,6 +102,46 @@ def test_all_end_on_request_with_those_marked_last_after_the_others(crew, tmp_pa
     assert (tmp_path / "sim").read_text() == "SIGINT"
 
 
+WAITING = """
+    from pathlib import Path
+    from tethernet_ros.start_gate import pass_gate
+    print("ready", flush=True)
+    pass_gate()
+    print("in", flush=True)
+"""
+
+
+def test_nodes_wait_until_they_are_let_in(crew, modules):
+    (modules / "waiting.py").write_text(textwrap.dedent(WAITING))
+    for name in ("sim", "planner"):
+        crew.start(NodeProcess(name, "waiting"))
+    ready(crew, "sim", "planner")
+    time.sleep(0.2)
+    assert crew.deaths() == []
+    crew.let_in()
+    crew.start(NodeProcess("recorder", "waiting"))
+    until(lambda: all(crew.tail(name)[-1:] == ("in",) for name in ("sim", "planner", "recorder")), "one still waits")
+
+
+def test_nodes_that_nobody_lets_in_end_without_a_word(crew, modules):
+    (modules / "waiting.py").write_text(textwrap.dedent(WAITING))
+    crew.start(NodeProcess("sim", "waiting"))
+    ready(crew, "sim")
+    [ended] = crew.stop()
+    assert (ended.code, ended.tail, ended.forced) == (0, ("ready",), False)
+
+
+def test_a_node_is_shown_with_its_own_command_line_and_none_of_its_parents_descriptors(crew, tmp_path):
+    with (tmp_path / "open").open("w"):
+        crew.start(NodeProcess("mu12_controller", "polite", arguments=(str(tmp_path / "x"), "__node:=mu12_controller")))
+    ready(crew, "mu12_controller")
+    place = Path(f"/proc/{crew.pids['mu12_controller']}")
+    shown = (place / "cmdline").read_bytes().replace(b"\0", b" ").decode().rstrip()
+    assert shown == f"{sys.executable} -P -m polite {tmp_path / 'x'} __node:=mu12_controller"
+    assert (place / "comm").read_text() == "mu12_controller\n"
+    assert not [link for link in (place / "fd").iterdir() if link.readlink() == tmp_path / "open"]
+
+
 def test_who_does_not_end_is_killed_in_time(crew, tmp_path):
     crew.start(NodeProcess("sim", "stubborn"))
     crew.start(NodeProcess("recorder", "polite", last=True, arguments=(str(tmp_path / "recorder"),)))
@@ -152,7 +192,7 @@ def test_a_killed_node_is_named_by_its_signal(crew, tmp_path):
 
 def test_nodes_do_not_get_the_terminals_interrupt(crew, tmp_path):
     crew.start(NodeProcess("sim", "polite", arguments=(str(tmp_path / "sim"),)))
-    assert os.getsid(crew.pids["sim"]) != os.getsid(0)
+    until(lambda: os.getsid(crew.pids["sim"]) == crew.pids["sim"], "it stays in the terminal's session")
 
 
 def test_nodes_end_when_the_supervisor_is_killed(modules, logs, tmp_path):
@@ -312,55 +352,6 @@ def test_memory_counts_all_processes(crew, tmp_path):
     crew.start(NodeProcess("sim", "polite", arguments=(str(tmp_path / "sim"),)))
     ready(crew, "sim")
     assert crew.memory_mb() > alone + 1.0
-
-
-def test_only_segments_that_nobody_holds_are_removed(tmp_path, monkeypatch):
-    monkeypatch.setattr(shared_memory, "FOLDER", tmp_path)
-    ours, held, theirs = (f"fastrtps_{letter * 16}" for letter in "abc")
-    for name in (ours, f"{ours}_el", f"sem.{ours}_mutex", held, theirs, f"{theirs}_el", "fastrtps_port7001"):
-        (tmp_path / name).write_bytes(b"x" * 4096)
-    code = f"""
-        import mmap
-        for name in ({str(tmp_path / held)!r}, {str(tmp_path / "fastrtps_port7001")!r}):
-            with open(name, "rb") as file:
-                globals()[name] = mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ)
-        print("ready", flush=True)
-        input()
-    """
-    holder = subprocess.Popen(
-        [sys.executable, "-c", textwrap.dedent(code)], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
-    )
-    try:
-        assert holder.stdout.readline() == "ready\n"
-        assert shared_memory.held_by([holder.pid]) == {held}, "the ports below 7400 are everybody's"
-        assert shared_memory.clean([ours, held, "fastrtps_none"]) == [ours]
-    finally:
-        holder.communicate("\n", timeout=DEADLINE_S)
-    assert holder.returncode == 0
-    assert {path.name for path in tmp_path.iterdir()} == {held, theirs, f"{theirs}_el", "fastrtps_port7001"}
-
-
-def test_segments_that_nobody_noted_are_known_by_their_age(tmp_path, monkeypatch):
-    monkeypatch.setattr(shared_memory, "FOLDER", tmp_path)
-    monkeypatch.setattr(shared_memory, "YOUNG_S", 0.0)
-    before = tmp_path / "fastrtps_00000000000000aa"
-    before.touch()
-    began_s = before.stat().st_ctime
-    until(lambda: time.time() > began_s + 0.02, "no time has passed")
-    for name in ("fastrtps_00000000000000bb", "fastrtps_00000000000000bb_el", "fastrtps_port7400", "other"):
-        (tmp_path / name).touch()
-    until(lambda: shared_memory.made_since(began_s), "the new segment is not found")
-    assert shared_memory.made_since(began_s) == {"fastrtps_00000000000000bb"}
-    assert shared_memory.clean(shared_memory.made_since(began_s)) == ["fastrtps_00000000000000bb"]
-    assert before.exists()
-
-
-def test_a_lock_without_its_segment_is_swept_too(tmp_path, monkeypatch):
-    monkeypatch.setattr(shared_memory, "FOLDER", tmp_path)
-    (tmp_path / "fastrtps_port7415_el").touch()
-    assert shared_memory.abandoned_locks() == {"fastrtps_port7415"}
-    assert shared_memory.clean(["fastrtps_port7415"]) == ["fastrtps_port7415"]
-    assert not list(tmp_path.iterdir())
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])

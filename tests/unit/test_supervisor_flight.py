@@ -24,12 +24,15 @@ class Crew:
     def __init__(self, folder, error=None):
         self.log_folder = folder
         self.error = error
-        self.stopped = self.started = False
+        self.stopped = self.started = self.in_graph = False
 
     def start_all(self, _):
         self.started = True
         if self.error is not None:
             raise self.error
+
+    def let_in(self):
+        self.in_graph = True
 
     def deaths(self):
         return []
@@ -124,10 +127,10 @@ def test_a_mission_gives_its_domain_back(tmp_path):
     claim.release()
 
 
-def test_nothing_is_started_beside_a_mission_that_only_the_graph_shows(tmp_path):
+def test_no_node_joins_a_graph_that_shows_another_mission(tmp_path):
     crew = Crew(tmp_path)
     record = fly(crew, Interrupts(), Graph({"/mu3/thrust": [Publisher("mu3_\x1b[31mcontroller", b"1")]}))
-    assert not crew.started
+    assert crew.stopped and not crew.in_graph
     assert "somebody else is in DDS domain 900: node mu3_\\x1b[31mcontroller publishes /mu3/thrust" in record.faults[0]
 
 

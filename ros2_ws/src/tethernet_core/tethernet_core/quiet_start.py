@@ -18,6 +18,8 @@ if TYPE_CHECKING:
 
 _INTERRUPTED, _TERMINATED = 130, 143
 SEARCH_PATHS = ("PYTHONPATH", "LD_LIBRARY_PATH")
+ONE_THREAD = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
+"""Environment variables with the number of threads that libraries for arithmetic start; read when those are loaded."""
 _PACKAGES = (
     "tethernet_core",
     "tethernet_ros",
@@ -56,6 +58,12 @@ def command_start() -> None:
     """The same for a command: after a signal its exit status is what a shell expects."""
     quiet_start(_INTERRUPTED, _TERMINATED)
     unblock_signals()
+
+
+def mission_start() -> None:
+    """The same for the command of a mission, whose processes share the cores: no library makes threads of its own."""
+    command_start()
+    os.environ.update(dict.fromkeys(ONE_THREAD, "1"))
 
 
 def unblock_signals() -> None:

@@ -69,7 +69,6 @@ class AssessorNode(Node):
         door.subscribe(checks.ODOMETRY, topics.DEBRIS_ODOMETRY, self._on_debris, STATE_BACKLOG)
         if parameters.simulated:
             door.subscribe(checks.net_state(system), topics.NET_STATE, self._on_net, BULK)
-            import scipy.spatial  # noqa: F401  takes half a second: better now than in the middle of a flight
         else:
             self._swarm = SwarmCentroid(self._mu_count, control, door.drop)
             self._pairs = DockedPairs(system)
@@ -174,6 +173,8 @@ class AssessorNode(Node):
 
 def main(args: list[str] | None = None) -> int:
     """Run the node; see :func:`tethernet_ros.executor.run` for the exit status."""
+    import scipy.spatial  # noqa: F401  takes half a second: better now than in the middle of a flight
+
     return executor.run(AssessorNode, args)
 
 

@@ -24,6 +24,7 @@ from rclpy.utilities import remove_ros_args
 
 from tethernet_core.parameters import ParameterError
 from tethernet_ros.connections import serve_connections
+from tethernet_ros.start_gate import pass_gate
 
 EXECUTOR_VARIABLE = "TETHERNET_EXECUTOR"
 """Environment variable that chooses the executor: ``events`` (default) or ``single``."""
@@ -94,6 +95,7 @@ def run(make_node: Callable[[], Node], args: list[str] | None = None) -> int:
         signal.signal(signal.SIGINT, _on_signal)
         signal.signal(signal.SIGTERM, _on_signal)
         _refuse_leftovers(args)
+        pass_gate()
         rclpy.init(args=args)
         _initialised = True
         node = make_node()

@@ -1,17 +1,20 @@
-"""The constant part of a simulation: masses, springs, geometry, as arrays that the compiled kernels take."""
+"""The constant part of a simulation: masses, springs, geometry, as arrays that the compiled kernels take.
+
+The debris is compiled when a whole model is built, not before: what looks at the net alone needs no compiler.
+"""
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from tethernet_core.system import System
-from tethernet_sim.debris import debris_body
-from tethernet_sim.kernels.debris_body import Body
-from tethernet_sim.kernels.general_body import GeneralBody
 from tethernet_sim.settings import THREADS, PhysicsParameters
 from tethernet_sim.touching_threads import TouchingThreads, touching_threads
+
+if TYPE_CHECKING:
+    from tethernet_sim.kernels.debris_body import Body
 
 
 class Numbers(NamedTuple):
@@ -69,6 +72,13 @@ class Arrays(NamedTuple):
     inverse_mass: np.ndarray  # (N + M,) of each particle [1/kg]
 
 
+class NetModel(NamedTuple):
+    """The model without its debris, by the same names."""
+
+    numbers: Numbers
+    arrays: Arrays
+
+
 class Model(NamedTuple):
     """Everything that does not change while a scenario is flown; in parts, because compiled code takes them apart."""
 
@@ -82,6 +92,8 @@ class Model(NamedTuple):
     @property
     def contact_count(self) -> int:
         """Contacts that there may be: of particles, and of two points of each thread on each part of the debris."""
+        from tethernet_sim.kernels.general_body import GeneralBody
+
         parts = len(self.debris.span_of) if isinstance(self.debris, GeneralBody) else 1
         return len(self.arrays.inverse_mass) + 2 * parts * len(self.arrays.segments)
 
@@ -106,7 +118,16 @@ def build_model(system: System, physics: PhysicsParameters) -> Model:
         system: the hardware.
         physics: time step, contact, joints and the coupling of external MUs.
     """
-    net, closing, debris = system.net, system.closing, system.debris
+    from tethernet_sim.debris import debris_body
+
+    grid, debris = system.net.grid, system.debris
+    body = debris_body(debris.shape, debris.mass_kg, debris.inertia, debris.center_of_mass)
+    return Model(*build_net_model(system, physics), body, None if grid is None else (grid.rows, grid.columns))
+
+
+def build_net_model(system: System, physics: PhysicsParameters) -> NetModel:
+    """Derive the model of all but the debris; as :func:`build_model`."""
+    net, closing = system.net, system.closing
     units, time_step = system.units, physics.time_step_s
     mu = np.array([unit.mass_kg for unit in units])
     masses = np.concatenate([net.node_masses, mu])
@@ -167,8 +188,7 @@ def build_model(system: System, physics: PhysicsParameters) -> Model:
         segment_stiffness=physics.contact_stiffness_n_m * segments.share,
         inverse_mass=1.0 / masses,
     )
-    body = debris_body(debris.shape, debris.mass_kg, debris.inertia, debris.center_of_mass)
-    return Model(numbers, arrays, body, None if net.grid is None else (net.grid.rows, net.grid.columns))
+    return NetModel(numbers, arrays)
 
 
 def _critical(stiffness: float, mass: np.ndarray) -> np.ndarray:

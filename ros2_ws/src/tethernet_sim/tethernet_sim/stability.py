@@ -22,7 +22,7 @@ import numpy.typing as npt
 
 from tethernet_core.parameters import ParameterError
 from tethernet_core.system import System
-from tethernet_sim.model import Model, build_model
+from tethernet_sim.model import Model, NetModel, build_net_model
 from tethernet_sim.settings import PhysicsParameters
 
 _ITERATIONS = 200
@@ -96,10 +96,10 @@ def check_stable(system: System, physics: PhysicsParameters) -> None:
 @functools.lru_cache(maxsize=64)
 def largest_step_of(system: System, physics: PhysicsParameters) -> float:
     """The largest time step that is stable for a system [s]; the parameters' own step is not looked at."""
-    return largest_step(build_model(system, physics))
+    return largest_step(build_net_model(system, physics))
 
 
-def largest_step(model: Model) -> float:
+def largest_step(model: Model | NetModel) -> float:
     """The largest stable time step of a model [s]; its own step is not looked at."""
     n, arrays = model.numbers, model.arrays
     knots, mus = n.knots, len(arrays.mu_knot)
@@ -120,7 +120,7 @@ def largest_step(model: Model) -> float:
     return springs.largest_step()
 
 
-def _thread_contacts(model: Model) -> np.ndarray:
+def _thread_contacts(model: Model | NetModel) -> np.ndarray:
     """Bound of what touching threads hold each particle with [N/m, N s/m], shape (2, N + M).
 
     A contact at the share s of a thread adds k (1 - s)^2 and k s^2 at its ends and k s (1 - s) between them, at most
@@ -137,7 +137,7 @@ def _thread_contacts(model: Model) -> np.ndarray:
     return held
 
 
-def net_springs(model: Model) -> Springs:
+def net_springs(model: Model | NetModel) -> Springs:
     """All threads of the net, between all particles of the model."""
     arrays = model.arrays
     springs = Springs(np.concatenate([arrays.knot_mass, arrays.mu_mass]))

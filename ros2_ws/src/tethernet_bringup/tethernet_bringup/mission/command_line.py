@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 if __name__ == "__main__":
-    from tethernet_core.quiet_start import command_start
+    from tethernet_core.quiet_start import mission_start
 
-    command_start()
+    mission_start()
 
 import json
 import os
@@ -109,20 +109,20 @@ def _fly(
     began: float,
 ) -> Flight:
     """Fly the mission; what comes of it goes into the record. The flight returned has yet to leave the graph."""
-    from concurrent.futures import ThreadPoolExecutor
-
     from tethernet_bringup.mission.conductor import Flight
     from tethernet_bringup.mission.dds_profile import use_profile, uses_profile
     from tethernet_bringup.mission.flight_plan import FlightPlan
     from tethernet_bringup.mission.graph import exclusive_topics
-    from tethernet_bringup.mission.processes import mission_processes
+    from tethernet_bringup.mission.processes import mission_processes, prepare_forking
     from tethernet_bringup.mission.supervisor import Supervisor, mission_environment
     from tethernet_bringup.recorder.recording import sign_of_life
 
     folder.system.write_text(setup.system.to_yaml(), encoding="utf-8")
     setup = setup.recorded_in(folder.bag, folder.run_info, folder.system)
-    folder.parameters.write_text(setup.yaml(), encoding="utf-8")
-    folder.run_info.write_text(json.dumps(_facts(setup, record.commit), indent=2) + "\n", encoding="utf-8")
+    parameters = setup.yaml()
+    folder.parameters.write_text(parameters, encoding="utf-8")
+    facts = _facts(setup, parameters, record.commit)
+    folder.run_info.write_text(json.dumps(facts, indent=2) + "\n", encoding="utf-8")
     for notice in (*options.notices, folder.shortage()):
         if notice:
             display.note(f"note: {notice}")
@@ -147,12 +147,14 @@ def _fly(
         protected=protected,
         ask_recorder=sign_of_life(folder.path),
     )
-    # Digests of a hundred source files take most of a second: found out while this process waits for the nodes.
-    with ThreadPoolExecutor(1) as beside, Supervisor(folder.logs, environment, setup.supervisor) as supervisor:
-        cards = beside.submit(stale_cards, setup)
+    prepare_forking(folder)
+    with Supervisor(folder.logs, environment, setup.supervisor) as supervisor:
         flight = Flight(plan, supervisor, interrupts, record, display, began)
         flight.fly()
-        for notice in filter(None, cards.result()):
+    # Digests of a hundred source files take most of a second: found out when no node waits for a core any more, and
+    # where nobody waits for the end.
+    if not (record.interrupted_by or record.faults):
+        for notice in filter(None, stale_cards(setup)):
             display.note(f"note: {notice}")
     return flight
 
@@ -198,7 +200,7 @@ def _report(record: FlightRecord, folder: RunFolder, display: Display) -> ExitSt
     return status
 
 
-def _facts(setup: MissionSetup, commit: str) -> dict[str, str]:
+def _facts(setup: MissionSetup, parameters: str, commit: str) -> dict[str, str]:
     """What the recording says of itself."""
     return {
         "seed": str(setup.scenario.seed),
@@ -212,7 +214,7 @@ def _facts(setup: MissionSetup, commit: str) -> dict[str, str]:
         "pace": setup.scenario.pace,
         "simulated": str(setup.simulated).lower(),
         "external_mus": " ".join(map(str, setup.external)),
-        "parameters": setup.yaml(),
+        "parameters": parameters,
     }
 
 

@@ -93,8 +93,10 @@ class Flight:
         """
         try:
             self._interrupts.check()
+            self._claim_domain()
+            self._supervisor.start_all(self._plan.processes)  # they import what they need while this process looks
             self._look_around()
-            self._supervisor.start_all(self._plan.processes)
+            self._supervisor.let_in()
             self._assemble()
             self._await_drivers()
             self._know_publishers()
@@ -130,12 +132,15 @@ class Flight:
             raise MissionFaultError("the command is not in the graph")
         return self._monitor
 
-    def _look_around(self) -> None:
-        """Join the graph, and make sure that no other mission is in it before any node could disturb that."""
+    def _claim_domain(self) -> None:
+        """Make sure that no other command on this machine flies in the domain."""
         try:
             self._claim.take()
         except DomainTakenError as error:
             raise MissionFaultError(self._crowded(str(error))) from None
+
+    def _look_around(self) -> None:
+        """Join the graph, and make sure that no other mission is in it before any node could disturb that."""
         self._monitor = self._join(self._record)
         plan = self._plan
         watched = exclusive_topics(plan.system, plan.external, plan.simulated)

@@ -2,10 +2,33 @@
 
 from __future__ import annotations
 
+import importlib
+
 from tethernet_bringup.mission.parameters import MissionSetup
 from tethernet_bringup.mission.run_folder import RunFolder
 from tethernet_bringup.mission.supervisor import NodeProcess
 from tethernet_bringup.nodes import ASSESSOR, PLANNER, RECORDER, SIM, controller
+from tethernet_core.system import keep_system
+
+_SHARED = (
+    "rosidl_generator_py", "numpy.ma", "asyncio", "importlib.metadata", "uuid",
+    "builtin_interfaces.msg", "diagnostic_msgs.msg", "geometry_msgs.msg", "nav_msgs.msg", "rcl_interfaces.msg",
+    "rcl_interfaces.srv", "rosgraph_msgs.msg", "std_msgs.msg", "std_srvs.srv", "tf2_msgs.msg", "visualization_msgs.msg",
+    "tethernet_msgs.msg", "tethernet_msgs.srv", "tethernet_control.controller", "tethernet_planner.sequencer",
+    "tethernet_planner.assessment", "tethernet_ros.well_formed",
+)  # fmt: skip
+"""Modules that several nodes need, or this command later; none loads the middleware."""
+
+
+def prepare_forking(folder: RunFolder) -> None:
+    """Import and load what the nodes need, before they are forked: see :mod:`tethernet_bringup.mission.child`.
+
+    Args:
+        folder: where the run is kept; its description of the system exists.
+    """
+    for module in _SHARED:
+        importlib.import_module(module)
+    keep_system(str(folder.system))
 
 
 def mission_processes(setup: MissionSetup, folder: RunFolder) -> tuple[NodeProcess, ...]:

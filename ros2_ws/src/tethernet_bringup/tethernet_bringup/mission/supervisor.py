@@ -1,29 +1,26 @@
 """The processes of a mission: start, watch, stop; none is left behind, whatever happens.
 
-Each node is a plain Python process in a session of its own, so that Ctrl-C at the terminal reaches the supervisor alone
-and the order of the end stays in its hands: first everybody but the recorder, the recorder last. The other way round,
-nodes that outlive the supervisor end themselves, see :mod:`tethernet_bringup.mission.child`.
+Each node is a process in a session of its own, so that Ctrl-C at the terminal reaches the supervisor alone and the
+order of the end stays in its hands: first everybody but the recorder, the recorder last. The other way round, nodes
+that outlive the supervisor end themselves, see :mod:`tethernet_bringup.mission.child`.
 """
 
 from __future__ import annotations
 
 import os
 import signal
-import subprocess
-import sys
 import time
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from tethernet_bringup.mission import shared_memory
+from tethernet_bringup.mission import child, shared_memory
+from tethernet_bringup.mission.child import ForkedProcess
 from tethernet_bringup.mission.supervisor_settings import SupervisorParameters
-from tethernet_core.quiet_start import absolute_search_paths
+from tethernet_core.quiet_start import ONE_THREAD, absolute_search_paths
 from tethernet_core.shown import shown
 
 TAIL_LINES = 15
-HELD_BACK = (signal.SIGINT, signal.SIGTERM)
-"""Signals that a node takes from the moment on that it can, see :mod:`tethernet_bringup.mission.child`."""
 _POLL_S = 0.01
 _KILL_PATIENCE_S = 0.2
 _NO_HURRY = 3.0  # times the patience where nobody waits for the end
@@ -48,7 +45,6 @@ _KEPT = (
     "XDG_CACHE_HOME",
 )
 _KEPT_PREFIXES = ("ROS_", "_ROS_", "RMW_", "FASTRTPS_", "FASTDDS_", "NUMBA_", "COVERAGE_", "TETHERNET_")
-_ONE_THREAD = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
 
 
 @dataclass(frozen=True)
@@ -109,7 +105,7 @@ def mission_environment(
     kept = {name: value for name, value in base.items() if name in _KEPT or name.startswith(_KEPT_PREFIXES)}
     kept = absolute_search_paths(kept)
     kept.setdefault("HOME", str(log_folder))  # rcl refuses to start without
-    kept.update(dict.fromkeys(_ONE_THREAD, "1"))  # a dozen processes share the cores already
+    kept.update(dict.fromkeys(ONE_THREAD, "1"))  # a dozen processes share the cores already
     kept.update(
         ROS_DOMAIN_ID=str(domain_id),
         ROS_AUTOMATIC_DISCOVERY_RANGE=discovery.upper(),
@@ -135,12 +131,13 @@ class Supervisor:
         self.log_folder = log_folder
         self.parameters = parameters
         self._environment = dict(environment)
-        self._processes: dict[str, tuple[NodeProcess, subprocess.Popen[bytes]]] = {}
+        self._processes: dict[str, tuple[NodeProcess, ForkedProcess]] = {}
         self._exits: dict[str, Exit] = {}
         self._began_s = time.time()
         self._segments: set[str] = set()
         # Nobody writes into this pipe: its end tells the nodes that the supervisor is gone.
         self._pipe: tuple[int, int] | None = os.pipe()
+        self._gate, self._gate_open = os.pipe(), False
 
     def __enter__(self) -> Supervisor:
         return self
@@ -154,7 +151,9 @@ class Supervisor:
         return {name: process.pid for name, (_, process) in self._processes.items() if name not in self._exits}
 
     def start(self, node: NodeProcess) -> None:
-        """Start one node; returns at once.
+        """Start one node; returns at once. It waits before it joins the graph, see :meth:`let_in`.
+
+        This process must have loaded no middleware, see :mod:`tethernet_bringup.mission.child`.
 
         Raises:
             OSError: when its log cannot be written or the process cannot be made.
@@ -162,32 +161,32 @@ class Supervisor:
         """
         if self._pipe is None:
             raise RuntimeError(f"{node.name} cannot be started: this supervisor has stopped; make another one")
-        # -P: a file in the user's working folder must not take the place of a library.
-        command = [sys.executable, "-P", "-m", "tethernet_bringup.mission.child", node.module, *node.arguments]
-        # Signals wait until the process has somebody to take them: an interpreter that starts has only a traceback.
-        before = signal.pthread_sigmask(signal.SIG_BLOCK, HELD_BACK)
-        try:
-            with self._log_path(node.name).open("wb") as log:
-                process = subprocess.Popen(
-                    command, stdin=self._pipe[0], stdout=log, stderr=subprocess.STDOUT,
-                    env=self._environment, start_new_session=True,
-                )  # fmt: skip
-        finally:
-            signal.pthread_sigmask(signal.SIG_SETMASK, before)
+        with self._log_path(node.name).open("wb") as log:
+            surroundings = child.Surroundings(self._pipe[0], log.fileno(), self._gate[0], self._environment)
+            process = child.fork(node.name, node.module, node.arguments, surroundings)
         self._processes[node.name] = (node, process)
+        if self._gate_open:
+            os.write(self._gate[1], b"+")
 
     def start_all(self, nodes: Iterable[NodeProcess]) -> None:
         """Start nodes in the given order, without waiting for any."""
         for node in nodes:
             self.start(node)
 
+    def let_in(self) -> None:
+        """Let the nodes join the graph, those that are started later too."""
+        if not self._gate_open:
+            self._gate_open = True
+            os.write(self._gate[1], b"+" * len(self._processes))
+
     def deaths(self) -> list[Exit]:
         """Who ended since the last call."""
         found = []
         for name in self.pids:
             node, process = self._processes[name]
-            if process.poll() is not None:
-                self._exits[name] = Exit(node, process.returncode, self.tail(name))
+            code = process.poll()
+            if code is not None:
+                self._exits[name] = Exit(node, code, self.tail(name))
                 found.append(self._exits[name])
         return found
 
@@ -237,7 +236,7 @@ class Supervisor:
         for last, patience in ((False, p.interrupt_patience_s), (True, p.recorder_patience_s)):
             names = [name for name in before if self._processes[name][0].last == last]
             self._end(names, times * patience, times * p.terminate_patience_s)
-        for end in self._pipe:
+        for end in (*self._pipe, *self._gate):
             os.close(end)
         self._pipe = None
         self.clean()
@@ -256,9 +255,10 @@ class Supervisor:
             while waiting and time.monotonic() < deadline:
                 for name in waiting:
                     node, process = self._processes[name]
-                    if process.poll() is not None:
+                    code = process.poll()
+                    if code is not None:
                         forced = number == signal.SIGKILL
-                        self._exits[name] = Exit(node, process.returncode, self.tail(name), forced)
+                        self._exits[name] = Exit(node, code, self.tail(name), forced)
                         _signal_group(process, signal.SIGKILL)  # whatever it may have started itself
                 waiting = [name for name in waiting if name not in self._exits]
                 if waiting:
@@ -268,11 +268,12 @@ class Supervisor:
         return self.log_folder / f"{name}.log"
 
 
-def _signal_group(process: subprocess.Popen[bytes], number: int) -> None:
+def _signal_group(process: ForkedProcess, number: int) -> None:
     try:
         os.killpg(process.pid, number)
     except ProcessLookupError:
-        pass
+        if process.returncode is None:  # it has not yet come to making its own group
+            os.kill(process.pid, number)
 
 
 def _proportional_set_size(pid: int) -> int:

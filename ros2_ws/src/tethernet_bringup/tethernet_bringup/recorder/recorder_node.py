@@ -58,6 +58,7 @@ from tethernet_core.system import load_system
 from tethernet_ros import any_quality, qos, topics
 from tethernet_ros.executor import FAULT, STOPPED, USAGE, bound_the_end
 from tethernet_ros.parameters import NODE_OPTIONS, declare
+from tethernet_ros.start_gate import pass_gate
 
 _MOST_AT_ONCE = 2000  # messages of one topic before the others get their turn
 _MOST_EARLY = 10_000  # messages held back until the mission has a time
@@ -341,14 +342,15 @@ def _record(recorder: Recorder, signals: list[int]) -> None:
 def main(args: list[str] | None = None) -> int:
     """Run the node; returns the exit status."""
     signals: list[int] = []
-    for number in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(number, lambda which, _: signals.append(which))
     args = sys.argv if args is None else args
     try:
         if left := remove_ros_args(args)[1:]:
             raise ParameterError(
                 f"unexpected argument {' '.join(left)!r}; parameters are given as --ros-args -p NAME:=VALUE"
             )
+        pass_gate()
+        for number in (signal.SIGINT, signal.SIGTERM):
+            signal.signal(number, lambda which, _: signals.append(which))
         rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
     except Exception as error:  # rcl's own errors have no common class
         print(f"{RECORDER}: cannot start: {error}", file=sys.stderr, flush=True)

@@ -56,9 +56,24 @@ def load_system(name_or_path: str | Path, overrides: Mapping[str, Any] | None = 
     """
     if not overrides and isinstance(name_or_path, str) and name_or_path in shipped_systems():
         return _shipped(name_or_path)
+    if not overrides and str(name_or_path) in _kept:
+        return _kept[str(name_or_path)]
     path = _path_of(name_or_path, None)
     content, folder = _complete(path, ())
     return _from_content(content, path.stem, folder, overrides)
+
+
+_kept: dict[str, System] = {}
+
+
+def keep_system(path: str) -> System:
+    """Load a system from a file that nothing changes any more: this process, and those that it forks, read it once.
+
+    Raises:
+        DescriptionError: as :func:`load_system`.
+    """
+    _kept[path] = load_system(path)
+    return _kept[path]
 
 
 def check_system(name_or_path: str | Path) -> System:

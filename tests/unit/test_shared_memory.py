@@ -1,0 +1,64 @@
+import subprocess
+import sys
+import textwrap
+import time
+
+from tethernet_bringup.mission import shared_memory
+
+DEADLINE_S = 20.0
+
+
+def until(condition, what):
+    deadline = time.monotonic() + DEADLINE_S
+    while not condition():
+        assert time.monotonic() < deadline, what
+        time.sleep(0.01)
+
+
+def test_only_segments_that_nobody_holds_are_removed(tmp_path, monkeypatch):
+    monkeypatch.setattr(shared_memory, "FOLDER", tmp_path)
+    ours, held, theirs = (f"fastrtps_{letter * 16}" for letter in "abc")
+    for name in (ours, f"{ours}_el", f"sem.{ours}_mutex", held, theirs, f"{theirs}_el", "fastrtps_port7001"):
+        (tmp_path / name).write_bytes(b"x" * 4096)
+    code = f"""
+        import mmap
+        for name in ({str(tmp_path / held)!r}, {str(tmp_path / "fastrtps_port7001")!r}):
+            with open(name, "rb") as file:
+                globals()[name] = mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ)
+        print("ready", flush=True)
+        input()
+    """
+    holder = subprocess.Popen(
+        [sys.executable, "-c", textwrap.dedent(code)], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
+    )
+    try:
+        assert holder.stdout.readline() == "ready\n"
+        assert shared_memory.held_by([holder.pid]) == {held}, "the ports below 7400 are everybody's"
+        assert shared_memory.clean([ours, held, "fastrtps_none"]) == [ours]
+    finally:
+        holder.communicate("\n", timeout=DEADLINE_S)
+    assert holder.returncode == 0
+    assert {path.name for path in tmp_path.iterdir()} == {held, theirs, f"{theirs}_el", "fastrtps_port7001"}
+
+
+def test_segments_that_nobody_noted_are_known_by_their_age(tmp_path, monkeypatch):
+    monkeypatch.setattr(shared_memory, "FOLDER", tmp_path)
+    monkeypatch.setattr(shared_memory, "YOUNG_S", 0.0)
+    before = tmp_path / "fastrtps_00000000000000aa"
+    before.touch()
+    began_s = before.stat().st_ctime
+    until(lambda: time.time() > began_s + 0.02, "no time has passed")
+    for name in ("fastrtps_00000000000000bb", "fastrtps_00000000000000bb_el", "fastrtps_port7400", "other"):
+        (tmp_path / name).touch()
+    until(lambda: shared_memory.made_since(began_s), "the new segment is not found")
+    assert shared_memory.made_since(began_s) == {"fastrtps_00000000000000bb"}
+    assert shared_memory.clean(shared_memory.made_since(began_s)) == ["fastrtps_00000000000000bb"]
+    assert before.exists()
+
+
+def test_a_lock_without_its_segment_is_swept_too(tmp_path, monkeypatch):
+    monkeypatch.setattr(shared_memory, "FOLDER", tmp_path)
+    (tmp_path / "fastrtps_port7415_el").touch()
+    assert shared_memory.abandoned_locks() == {"fastrtps_port7415"}
+    assert shared_memory.clean(["fastrtps_port7415"]) == ["fastrtps_port7415"]
+    assert not list(tmp_path.iterdir())
