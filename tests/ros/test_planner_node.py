@@ -2,6 +2,8 @@
 
 import itertools
 import math
+import signal
+import time
 
 import pytest
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
@@ -24,7 +26,7 @@ from tethernet_planner.closing import plan as plan_closing
 from tethernet_planner.closing_situation import closing_situation
 from tethernet_ros import topics
 from tethernet_ros.conversions import nanoseconds, set_stamp
-from tethernet_ros.qos import BULK, CONTROL, STATE
+from tethernet_ros.qos import BULK, CONTROL, SERVICE, STATE
 
 PERIOD = 50_000_000
 DEBRIS, FAR = (0.0, 0.0, -50.0), (0.0, 0.0, -10.0)
@@ -124,6 +126,26 @@ def test_leads_a_mission_from_start_to_end(bench):
     assert {s.reason for s in b.states} == {""}
     assert "over" in b.probe.call(topics.ABORT, Trigger).message
     assert "COMPLETE" in b.start().message
+
+
+def test_as_many_as_ask_at_the_same_moment_are_answered_alike(bench):
+    b = bench()
+    node, wait_for = b.probe.node, b.probe.wait_for
+    clients = [node.create_client(PlanAimingPoints, topics.PLAN_AIMING_POINTS, qos_profile=SERVICE) for _ in range(24)]
+    request = PlanAimingPoints.Request(debris_position=Point(x=1.0, y=2.0, z=-48.0))
+    for client in clients:  # both ends have found each other
+        wait_for(client.service_is_ready, "service")
+        first = client.call_async(request)
+        wait_for(first.done, "first answer")
+    request.debris_position.z = -47.0
+    b.process.send(signal.SIGSTOP)
+    answers = [client.call_async(request) for client in clients]
+    time.sleep(0.2)
+    b.process.send(signal.SIGCONT)
+    wait_for(lambda: all(answer.done() for answer in answers), "all answers")
+    plans = [answer.result() for answer in answers]
+    assert plans[0].success and plans[0].aiming_points != first.result().aiming_points
+    assert all(plan == plans[0] for plan in plans)
 
 
 def test_the_closing_is_planned_from_the_odometry_of_that_tick_which_is_waited_for(bench):

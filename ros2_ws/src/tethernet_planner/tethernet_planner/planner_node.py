@@ -90,6 +90,7 @@ class PlannerNode(Node):
         self._decided_ns = -1
         self._newest_measurement_s = time.monotonic()
         self._statuses: dict[int, MuStatus] = {}
+        self._plans: dict[tuple[str, Vector], policies.Plan] = {}
         self._closing_watch = ClosingWatch(system, self._rules, control)
         self._closing_watch.debris = self._debris_motion
 
@@ -198,7 +199,10 @@ class PlannerNode(Node):
         system = self._system
         if mu_count != system.unit_count:
             raise ValueError(f"points for {mu_count} units; allowed: {system.unit_count}, of system {system.name}")
-        return policies.plan(name, system, check_debris_position(debris_position, self._rules))
+        if (name, debris_position) not in self._plans:  # else as a moment before, to another controller
+            plan = policies.plan(name, system, check_debris_position(debris_position, self._rules))
+            self._plans = {(name, debris_position): plan}
+        return self._plans[name, debris_position]
 
     def _on_start(self, _: None, response: Trigger.Response) -> Trigger.Response:
         try:

@@ -27,6 +27,7 @@ from rclpy.task import Future
 from tethernet_core.shown import LONG, SHORT, shown
 from tethernet_ros import any_quality
 from tethernet_ros.checks import Check
+from tethernet_ros.qos import SERVICE
 from tethernet_ros.template import Template
 from tethernet_ros.well_formed import Message, MessageError, not_finite
 
@@ -144,11 +145,11 @@ class Door:
                 return refusal
             return filled
 
-        self._node.create_service(kind, name, answer)
+        self._node.create_service(kind, name, answer, qos_profile=SERVICE)
 
     def ask(self, kind: type[Any], name: str) -> Asker:
         """A client of a service."""
-        return Asker(self._node.create_client(kind, name), name, self)
+        return Asker(self._node.create_client(kind, name, qos_profile=SERVICE), name, self)
 
     def drop(self, name: str, reason: object, statistics: dict[str, Drops] | None = None) -> None:
         """Count something that is not used, and report it: the first at once, later ones now and then.

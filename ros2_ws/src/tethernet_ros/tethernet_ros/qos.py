@@ -35,3 +35,9 @@ RECORD = _reliable(1000, QoSDurabilityPolicy.VOLATILE)
 
 RECORD_LATCHED = _reliable(1000, QoSDurabilityPolicy.TRANSIENT_LOCAL)
 """The recorder's side of every latched topic."""
+
+SERVICE = _reliable(100, QoSDurabilityPolicy.VOLATILE)
+"""Requests and answers of every service: deep, because all controllers ask for their aiming points at the same moment,
+and each client sees the answers to all. The usual depth of 10 keeps the newest 10 of 24 requests, and loses the rest
+without a word.
+"""
