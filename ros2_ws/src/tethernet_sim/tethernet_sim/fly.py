@@ -23,6 +23,8 @@ from tethernet_planner.plan_ahead import PlanAhead
 from tethernet_sim.failure import MuFailure
 from tethernet_sim.judging import Judge, Spent
 from tethernet_sim.kernels import control as control_kernels
+from tethernet_sim.memory import most_scenarios
+from tethernet_sim.model import build_model
 from tethernet_sim.scenario import Outcome, Scenario, default_system, described
 from tethernet_sim.sensors import OdometryNoise
 from tethernet_sim.settings import PhysicsParameters, check_together
@@ -129,6 +131,9 @@ def fly_many(
 
     Returns:
         Outcomes in the order of the scenarios.
+
+    Raises:
+        ParameterError: for a system of which not one scenario fits into the memory.
     """
     scenarios = list(scenarios)
     outcomes: dict[int, Outcome] = {}
@@ -138,8 +143,10 @@ def fly_many(
         by_system.setdefault(scenario.system, []).append(i)
     for system, indices in by_system.items():
         parameters = settings or Settings.load(system)
-        for begin in range(0, len(indices), CHUNK):
-            chunk = indices[begin : begin + CHUNK]
+        model, begin = build_model(system, parameters.physics), 0
+        while begin < len(indices):
+            chunk = indices[begin : begin + most_scenarios(model, min(CHUNK, len(indices) - begin), system.name)]
+            begin += len(chunk)
             look = None if at_trigger is None else functools.partial(_look_at, at_trigger, chunk)
             flown = _Flight([scenarios[i] for i in chunk], parameters).fly(observer, look, stop_at_trigger)
             for i, outcome in zip(chunk, flown, strict=True):

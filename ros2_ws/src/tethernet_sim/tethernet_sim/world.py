@@ -12,6 +12,7 @@ from tethernet_core.settings import ControlParameters
 from tethernet_core.system import System
 from tethernet_sim.debris import body_rate, inertia_tensor
 from tethernet_sim.engine import Commands, Engine, engine_for
+from tethernet_sim.memory import check_memory
 from tethernet_sim.model import Model, build_model
 from tethernet_sim.settings import PhysicsParameters, check_together
 from tethernet_sim.stability import check_stable
@@ -48,7 +49,8 @@ class World:
             control: gives the control period.
 
         Raises:
-            ParameterError: for a time step that is unstable, or parameters that do not fit together.
+            ParameterError: for a time step that is unstable, parameters that do not fit together, or more scenarios
+                than fit into the memory.
         """
         check_together(physics, control)
         check_stable(system, physics)
@@ -56,6 +58,7 @@ class World:
         self.physics = physics
         mu_count = system.unit_count
         self.model: Model = build_model(system, physics)
+        check_memory(self.model, len(debris_position), system.name)
         self.steps = round(control.control_period_s / physics.time_step_s)
         self.state: State = initial_state(self.model, system, physics, debris_position, debris_attitude, debris_rate)
         batch = self.state.batch

@@ -57,7 +57,7 @@ def check(options: argparse.Namespace) -> int:
     for name in options.systems:
         try:
             system = check_system(name)
-            step_s = _checked_step(system)
+            step_s, needed = _checked(system)
         except DescriptionError as error:
             print("\n".join(error.sentences))
             status = 1
@@ -66,22 +66,25 @@ def check(options: argparse.Namespace) -> int:
             status = 1
         else:
             size = f"{system.unit_count} units, {system.net.node_count} nodes, stable with its step of {step_s:g} s"
-            print(f"{name}: no mistakes; {size}; digest {system.digest}")
+            memory = f"a flight takes {needed / 1e6:.1f} MB beside the program"
+            print(f"{name}: no mistakes; {size}; {memory}; digest {system.digest}")
     return status
 
 
-def _checked_step(system: System) -> float:
-    """The time step that a system is flown with [s].
+def _checked(system: System) -> tuple[float, int]:
+    """The time step that a system is flown with [s], and the memory that one flight takes [bytes].
 
     Raises:
-        ParameterError: where its own parameters are wrong, or the step is unstable.
+        ParameterError: where its own parameters are wrong, the step is unstable, or the memory does not suffice.
     """
     from tethernet_sim.fly import Settings
-    from tethernet_sim.stability import check_stable
+    from tethernet_sim.memory import check_memory, flight_bytes
+    from tethernet_sim.model import build_model
 
     physics = Settings.load(system).physics
-    check_stable(system, physics)
-    return physics.time_step_s
+    model = build_model(system, physics)
+    check_memory(model, 1, system.name)
+    return physics.time_step_s, flight_bytes(model, 1)
 
 
 def draw(options: argparse.Namespace) -> None:
@@ -122,7 +125,7 @@ SHOW = Subcommand(
 )  # fmt: skip
 CHECK = Subcommand(
     "Check descriptions, and print every mistake with the entry that it is in and what is allowed there; then whether "
-    "the time step is stable.",
+    "the time step is stable, and what memory a flight takes.",
     ("zenit_8mu", "mine.yaml theirs.yaml"), check, _add_checked,
     exit_status="exit status: 0 no mistakes, 1 some, 2 bad usage, 130 interrupted",
 )  # fmt: skip
