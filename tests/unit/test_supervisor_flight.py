@@ -15,7 +15,7 @@ from tethernet_bringup.mission.outcome import ExitStatus, FlightRecord, exit_sta
 from tethernet_bringup.mission.supervisor_settings import SupervisorParameters
 from tethernet_core.parameters import load
 from tethernet_core.system import load_system
-from tethernet_sim.warm_up import COMPILED, COMPILING
+from tethernet_sim.compiling import COMPILED, COMPILING
 
 
 class Crew:

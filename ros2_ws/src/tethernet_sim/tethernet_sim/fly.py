@@ -20,6 +20,7 @@ from tethernet_core.system import System
 from tethernet_planner.closing_situation import ClosingSituation, closing_situation, off_course
 from tethernet_planner.mission_rules import advance
 from tethernet_planner.plan_ahead import PlanAhead
+from tethernet_sim.compiling import compiling_said
 from tethernet_sim.failure import MuFailure
 from tethernet_sim.judging import Judge, Spent
 from tethernet_sim.kernels import control as control_kernels
@@ -148,7 +149,8 @@ def fly_many(
             chunk = indices[begin : begin + most_scenarios(model, min(CHUNK, len(indices) - begin), system.name)]
             begin += len(chunk)
             look = None if at_trigger is None else functools.partial(_look_at, at_trigger, chunk)
-            flown = _Flight([scenarios[i] for i in chunk], parameters).fly(observer, look, stop_at_trigger)
+            with compiling_said():
+                flown = _Flight([scenarios[i] for i in chunk], parameters).fly(observer, look, stop_at_trigger)
             for i, outcome in zip(chunk, flown, strict=True):
                 outcomes[i] = outcome
             done += len(chunk)

@@ -13,15 +13,13 @@ if __name__ == "__main__":
 import sys
 import time
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from tethernet_core.command import command
+from tethernet_sim.compiling import compiling_said
 
 if TYPE_CHECKING:
     from tethernet_core.system import System
-
-COMPILING = "compiling the physics kernels"
-COMPILED = "compiled the physics kernels"
 
 
 @command
@@ -36,7 +34,8 @@ def main() -> int:
         # A whole line: the set-up shows the newest one while it waits.
         print(f"compiling the physics of {name}", flush=True)
         settings = Settings.load(name, mission={"trigger_distance_m": 50.0, "capture_duration_s": 1.0})
-        fly(Scenario(name), settings)
+        with compiling_said(lambda _: None):  # it has just been said of which system
+            fly(Scenario(name), settings)
         print(f"compiled that of {name} in {time.perf_counter() - began:.1f} s", flush=True)
     return 0
 
@@ -45,31 +44,18 @@ def load_kernels(say: Callable[[str], None], system: System) -> None:
     """Load every kernel that a flight needs, and compile what numba's cache has not: about a minute.
 
     Args:
-        say: called with :data:`COMPILING` before the first one is compiled, with :data:`COMPILED` after the last, and
-            not at all where all are in the cache. A watcher so knows that this process is not dead but busy.
+        say: see :func:`~tethernet_sim.compiling.compiling_said`. A watcher so knows that this process is not dead but
+            busy.
         system: that is flown: another net may need another engine.
     """
     import numpy as np
-    from numba.core import event
 
     from tethernet_core.parameters import load
     from tethernet_core.settings import ControlParameters
     from tethernet_sim.settings import PhysicsParameters, ScenarioParameters
     from tethernet_sim.world import World
 
-    class Watch(event.Listener):
-        began: float | None = None
-
-        def on_start(self, _: Any) -> None:
-            if self.began is None:
-                self.began = time.perf_counter()
-                say(f"{COMPILING}: about a minute, this once")
-
-        def on_end(self, _: Any) -> None:
-            pass
-
-    watch = Watch()
-    with event.install_listener("numba:compile", watch):
+    with compiling_said(say):
         scenario = load(ScenarioParameters)
         world = World(
             system,
@@ -81,8 +67,6 @@ def load_kernels(say: Callable[[str], None], system: System) -> None:
         )
         world.begin_closing(0)
         world.advance(np.zeros_like(world.state.mu_pos))
-    if watch.began is not None:
-        say(f"{COMPILED} in {time.perf_counter() - watch.began:.0f} s")
 
 
 if __name__ == "__main__":

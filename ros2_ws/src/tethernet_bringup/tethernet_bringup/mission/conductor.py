@@ -20,7 +20,7 @@ from tethernet_core.mission import Phase
 from tethernet_core.settings import NANOSECOND_S
 from tethernet_core.shown import SHORT, shown
 from tethernet_ros import topics
-from tethernet_sim.warm_up import COMPILING
+from tethernet_sim.compiling import COMPILING
 
 if TYPE_CHECKING:
     from tethernet_bringup.mission.monitor_node import Monitor
