@@ -113,12 +113,16 @@ def messages(mus: int = 8, end_s: float = END_S, *, seed: int = 7, hold_s: float
         yield from _tick(new, rng, mus, tick, stamp, time_s, hold_s)
 
 
-@functools.cache
 def serialized(mus: int = 8, end_s: float = END_S, hold_s: float = 0.0) -> list[tuple[int, int, bytes]]:
     """The same as (number of the topic in mission_topics, stamp [ns], bytes).
 
     Made once: the middleware leaves random bytes in the gaps between fields, so twice is not the same.
     """
+    return _serialized(mus, end_s, hold_s)
+
+
+@functools.cache
+def _serialized(mus: int, end_s: float, hold_s: float) -> list[tuple[int, int, bytes]]:
     result = []
     number = {topic.name: index for index, topic in enumerate(mission_topics(mus))}
     readers = [StampReader.of(installed_type(topic.type_name)) for topic in mission_topics(mus)]

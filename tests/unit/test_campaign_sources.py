@@ -139,6 +139,25 @@ def test_the_tumble_map_counts_rates_and_axes():
     assert all(text.startswith("0 %\n0 of") for text in cells)
 
 
+def test_maps_show_what_was_held_beside_what_was_captured():
+    cases = sources.tumbles(zenit(8), [0.0, 5.0], 12, 1, 1, RULES)
+    rows = fly_nothing(cases, lambda _: True)
+    rows = [{**row, "held": number % 4 == 0} for number, row in enumerate(rows)]
+    title = "zenit_8mu: 24 of 24 captured (100.0 %), 6 of 24 held (25.0 %)"
+    attitudes = attitude_map.draw(rows, FlownSystems())
+    captured, held, _ = (panel.images[0].get_array() for panel in attitudes.axes[:3])
+    assert np.ma.filled(captured, 100.0).min() == 100.0
+    assert 0.0 <= np.ma.filled(held, np.nan)[attitude_map.PIXELS // 2, attitude_map.PIXELS // 2] < 100.0
+    assert any(text.startswith(title) for text in texts(attitudes))
+    tumbles = tumble_map.draw(rows, FlownSystems())
+    assert [panel.get_ylabel() for panel in tumbles.axes[:6:3]] == [
+        "captured, with 95 % interval [%]", "held, with 95 % interval [%]"
+    ]  # fmt: skip
+    assert list(texts(tumbles)).count(title) == 2
+    untested = attitude_map.draw(fly_nothing(cases, lambda _: True), FlownSystems())
+    assert not any("held" in text for text in texts(untested))
+
+
 def test_the_axis_is_the_long_one_where_there_is_one():
     assert body_axis(zenit(8)) == (Z, "long axis", True)
     assert body_axis(load_system("passive_5m")) == (Z, "body axis z", True)

@@ -1,4 +1,4 @@
-"""Picture: how often the capture succeeds, over the direction of the debris' long axis, or another one."""
+"""Picture: how often debris is captured and held, over the direction of its long axis, or another one."""
 
 from __future__ import annotations
 
@@ -23,7 +23,8 @@ MARKS = {"row (x)": 0.0, "diagonal": 45.0, "column (y)": 90.0, "other diagonal":
 
 
 def draw(rows: Sequence[Row], systems: FlownSystems) -> Any:
-    """Draw the map, one column of panels for each system: captured above, locked pairs below.
+    """Draw the map, one column of panels for each system: captured above, held below it where that was tested, locked
+    pairs at the bottom.
 
     Args:
         rows: of outcomes, at least one.
@@ -33,22 +34,23 @@ def draw(rows: Sequence[Row], systems: FlownSystems) -> Any:
         A matplotlib figure.
     """
     groups = pictures.by_system(rows)
-    figure = pictures.new_figure(5.6 * len(groups) + 0.4, 10.4)
-    panels = figure.subplots(2, len(groups), squeeze=False)
+    shares = [pictures.CAPTURED, *([pictures.HELD] if pictures.tested(rows) else [])]
+    figure = pictures.new_figure(5.6 * len(groups) + 0.4, 4.9 * (len(shares) + 1) + 0.6)
+    panels = figure.subplots(len(shares) + 1, len(groups), squeeze=False)
     for column, (name, flown) in zip(panels.T, groups.items(), strict=True):
         system = systems.of_row(flown[0])
         axis = body_axis(system)
         axes, cell = _cells(flown, axis.direction)
         count = np.bincount(cell, minlength=len(axes))
-        captured = np.bincount(cell, [bool(row["captured"]) for row in flown], len(axes)) / np.maximum(count, 1)
+        good = [np.bincount(cell, pictures.judged(flown, what), len(axes)) / np.maximum(count, 1) for what in shares]
         pairs_locked = np.array([row["locked_pairs"] for row in flown], float)
         locked = np.bincount(cell, pairs_locked, len(axes)) / np.maximum(count, 1)
         used = count > 0
         each = f"{count[used].min()}" if np.ptp(count[used]) == 0 else f"{count[used].min()} to {count[used].max()}"
         pairs, needed = system.closing.max_locked_pairs, system.capture.required_locked_pairs
         for panel, value, top, label in (
-            (column[0], 100.0 * captured, 100.0, "captured [%]"),
-            (column[1], locked, max(pairs, 1), f"locked pairs, mean (of {pairs}; {needed} needed)"),
+            *((column[i], 100.0 * good[i], 100.0, f"{what} [%]") for i, what in enumerate(shares)),
+            (column[-1], locked, max(pairs, 1), f"locked pairs, mean (of {pairs}; {needed} needed)"),
         ):
             image = _paint(panel, axes[used], value[used], top)
             figure.colorbar(image, ax=panel, label=label, orientation="horizontal", shrink=0.8, pad=0.02)

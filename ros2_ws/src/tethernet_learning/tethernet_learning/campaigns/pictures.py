@@ -6,10 +6,14 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from tethernet_learning.campaigns.columns import Row
 from tethernet_learning.campaigns.errors import CampaignError
 
 SUFFIXES = (".png", ".svg", ".pdf")
+CAPTURED, HELD = "captured", "held"
+"""Columns of outcomes that maps show."""
 COLOURS = "viridis"
 """Legible in grey and to the colour-blind."""
 
@@ -54,10 +58,24 @@ def by_system(rows: Sequence[Row]) -> dict[str, list[Row]]:
     return {name: [row for row in rows if row["system"] == name] for name in names}
 
 
+def tested(rows: Sequence[Row]) -> bool:
+    """Whether a hold test was flown: then it is known of each mission whether it held."""
+    return any(row.get("held") not in (None, "") for row in rows)
+
+
+def judged(rows: Sequence[Row], what: str) -> np.ndarray:
+    """Which missions were captured, or held; one that is not said to be held is not.
+
+    Args:
+        rows: of outcomes.
+        what: captured or held.
+    """
+    return np.array([row.get(what) is True for row in rows])
+
+
 def counts_text(rows: Sequence[Row]) -> str:
-    """How many missions, captured and in error, in words."""
-    captured = sum(bool(row["captured"]) for row in rows)
+    """How many missions, captured, held where that was tested, and in error, in words."""
+    counts = {what: int(judged(rows, what).sum()) for what in (CAPTURED, *((HELD,) if tested(rows) else ()))}
+    parts = [f"{good} of {len(rows)} {what} ({100.0 * good / len(rows):.1f} %)" for what, good in counts.items()]
     errors = sum(row.get("error") not in (None, "") for row in rows)
-    return f"{captured} of {len(rows)} captured ({100.0 * captured / len(rows):.1f} %)" + (
-        f", {errors} in error" if errors else ""
-    )
+    return ", ".join(parts + ([f"{errors} in error"] if errors else []))

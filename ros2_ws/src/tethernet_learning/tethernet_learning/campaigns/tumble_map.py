@@ -1,4 +1,4 @@
-"""Picture: how often the capture succeeds, over the debris' tumble rate and the axis it tumbles about."""
+"""Picture: how often debris is captured and held, over its tumble rate and the axis it tumbles about."""
 
 from __future__ import annotations
 
@@ -25,7 +25,8 @@ STILL_DEG_S = 1e-6
 
 
 def draw(rows: Sequence[Row], systems: FlownSystems) -> Any:
-    """Draw the map, one line of panels for each system: captured over the rate; over rate and axis.
+    """Draw the map, one line of panels for each system: captured over the rate; over rate and axis. A second line
+    below it shows what was held, where that was tested.
 
     Args:
         rows: of outcomes, at least one.
@@ -35,24 +36,29 @@ def draw(rows: Sequence[Row], systems: FlownSystems) -> Any:
         A matplotlib figure.
     """
     groups = pictures.by_system(rows)
-    figure = pictures.new_figure(15.0, 4.6 * len(groups) + 0.6)
-    panels = figure.subplots(len(groups), 3, squeeze=False, width_ratios=(1.0, 1.25, 1.25))
+    shares = [pictures.CAPTURED, *([pictures.HELD] if pictures.tested(rows) else [])]
+    shown = [(name, flown, what) for name, flown in groups.items() for what in shares]
+    figure = pictures.new_figure(15.0, 4.6 * len(shown) + 0.6)
+    panels = figure.subplots(len(shown), 3, squeeze=False, width_ratios=(1.0, 1.25, 1.25))
     image = None
-    for line, (name, flown) in zip(panels, groups.items(), strict=True):
+    for line, (name, flown, what) in zip(panels, shown, strict=True):
         axis = body_axis(systems.of_row(flown[0]))
-        captured = np.array([bool(row["captured"]) for row in flown])
+        good = pictures.judged(flown, what)
         rate, to_long_axis, to_approach = _angles(flown, axis.direction)
         rate = _classes(rate)
-        _curve(line[0], rate, captured)
+        _curve(line[0], rate, good, what)
         line[0].set_title(f"{name}: {pictures.counts_text(flown)}", fontsize=10)
         for panel, angle, to in ((line[1], to_long_axis, f"the {axis.name}"), (line[2], to_approach, "the approach")):
-            drawn = _cells(panel, rate, angle, captured)
+            drawn = _cells(panel, rate, angle, good)
             image = drawn if drawn is not None else image
             panel.set_ylabel(f"angle of the tumble axis to {to} [deg]")
-            panel.set_title(f"{name}: tumble axis and {to}", fontsize=10)
+            panel.set_title(f"{name}, {what}: tumble axis and {to}", fontsize=10)
+    names = " and ".join(shares)
     if image is not None:
-        figure.colorbar(image, ax=list(panels[:, 1:].flat), label="captured [%]", shrink=0.8)
-    figure.suptitle("Captured over the debris' tumble rate and the direction of its tumble axis at launch", fontsize=12)
+        figure.colorbar(image, ax=list(panels[:, 1:].flat), label=f"{names} [%]", shrink=0.8)
+    figure.suptitle(
+        f"{names.capitalize()} over the debris' tumble rate and the direction of its tumble axis at launch", fontsize=12
+    )
     return figure
 
 
@@ -78,9 +84,9 @@ def _classes(rate: np.ndarray) -> np.ndarray:
     return np.round(rate / RATE_STEP_DEG_S) * RATE_STEP_DEG_S
 
 
-def _curve(panel: Any, rate: np.ndarray, captured: np.ndarray) -> None:
+def _curve(panel: Any, rate: np.ndarray, good: np.ndarray, what: str) -> None:
     rates = np.unique(rate)
-    shares = [share(int(captured[rate == r].sum()), int((rate == r).sum())) for r in rates]
+    shares = [share(int(good[rate == r].sum()), int((rate == r).sum())) for r in rates]
     value, low, high = (100.0 * np.array([getattr(s, name) for s in shares]) for name in ("value", "low", "high"))
     panel.errorbar(rates, value, np.maximum([value - low, high - value], 0.0), marker="o", capsize=3, color="#0072B2")
     for r, place in zip(rates, low, strict=True):
@@ -91,11 +97,11 @@ def _curve(panel: Any, rate: np.ndarray, captured: np.ndarray) -> None:
     panel.set_ylim(-8.0, 104.0)
     panel.margins(x=0.1)
     panel.set_xlabel("tumble rate [deg/s]")
-    panel.set_ylabel("captured, with 95 % interval [%]")
+    panel.set_ylabel(f"{what}, with 95 % interval [%]")
     panel.grid(alpha=0.25)
 
 
-def _cells(panel: Any, rate: np.ndarray, angle: np.ndarray, captured: np.ndarray) -> Any:
+def _cells(panel: Any, rate: np.ndarray, angle: np.ndarray, judged: np.ndarray) -> Any:
     """Rate along x, angle along y; None where nothing tumbles."""
     moving = ~np.isnan(angle)
     rates = np.unique(rate[moving])
@@ -109,7 +115,7 @@ def _cells(panel: Any, rate: np.ndarray, angle: np.ndarray, captured: np.ndarray
     shape = (len(ANGLES_DEG) - 1, len(rates))
     count, good = np.zeros(shape, int), np.zeros(shape, int)
     np.add.at(count, (row[moving], column[moving]), 1)
-    np.add.at(good, (row[moving], column[moving]), captured[moving])
+    np.add.at(good, (row[moving], column[moving]), judged[moving])
     percent = np.where(count > 0, 100.0 * good / np.maximum(count, 1), np.nan)
     image = panel.imshow(percent, origin="lower", aspect="auto", vmin=0.0, vmax=100.0, cmap=pictures.COLOURS)
     for (i, j), value in np.ndenumerate(percent):
