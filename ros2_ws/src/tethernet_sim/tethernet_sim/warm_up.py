@@ -1,4 +1,4 @@
-"""Fill numba's cache: `python -m tethernet_sim.warm_up`, once after set-up.
+"""Fill numba's cache: `python -m tethernet_sim.warm_up [SYSTEM ...]`, once after set-up.
 
 One process compiles, so that the processes of a mission, and the workers of a campaign, only load.
 """
@@ -12,7 +12,7 @@ if __name__ == "__main__":
 
 import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING
 
 from tethernet_core.command import command
@@ -22,14 +22,25 @@ if TYPE_CHECKING:
     from tethernet_core.system import System
 
 
+_CYLINDERS = ("zenit_4mu", "zenit_8mu", "hexagonal_6mu")
+"""Both ways to close a net, both engines."""
+
+
 @command
-def main() -> int:
-    """Compile every kernel by flying a fifth of a second of each design. Returns 0."""
+def main(systems: Sequence[str] = ()) -> int:
+    """Compile every kernel that systems need by flying a second of each.
+
+    Args:
+        systems: their names; none: those that need all kernels for debris that is a cylinder.
+
+    Returns:
+        0.
+    """
     from tethernet_sim.fly import Settings, fly
     from tethernet_sim.scenario import Scenario
 
     # A trigger at once and a short capture lead through closing and contact search too.
-    for name in ("zenit_4mu", "zenit_8mu", "hexagonal_6mu"):  # both ways to close a net, both engines
+    for name in systems or _CYLINDERS:
         began = time.perf_counter()
         # A whole line: the set-up shows the newest one while it waits.
         print(f"compiling the physics of {name}", flush=True)
@@ -70,4 +81,4 @@ def load_kernels(say: Callable[[str], None], system: System) -> None:
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(main(sys.argv[1:]))
