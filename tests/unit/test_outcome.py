@@ -153,6 +153,13 @@ def test_the_headline_says_both(tmp_path):
         assert lines[1] == "  CAPTURED   the debris is held"
         assert lines[2] == f"{word} (60 s after the verdict, towed with 20 N)"
     assert any("40.0 % of a thread's strength, 800 N of contact" in line for line in lines)
+    missed = flown(captured=False)
+    missed.state = state(Phase.MISSED, end=40.0, hold_s=60.0, tow=20.0)
+    missed.state.hold_time = missed.state.hold_end_time = stamp(0.0)
+    missed.hold = assessment(40.0, captured=False)
+    missed.hold.held_valid, missed.hold.hold_verdict = True, "not held: missed: too far"
+    lines = outcome_text.describe(missed, outcome.build(missed), tmp_path, "")
+    assert lines[2] == "  NOT HELD   not held: missed: too far", "it was never tested"
 
 
 def test_a_mission_ended_by_hand_in_its_hold_test_has_not_done_what_was_asked():

@@ -136,7 +136,9 @@ def text(content: dict[str, Any]) -> str:
     facts += [f"commit {content['commit'][:12]}"] if content["commit"] else []
     lines = [content["bag"], ", ".join(facts), "", content["verdict"]]
     if content["hold_verdict"] is not None:
-        lines.append(f"{content['hold_verdict']} ({conditions(content['hold_s'], content['tow_n'])})")
+        flown = any(phase["phase"] == Phase.HOLDING.name for phase in content["phases"])
+        how = f" ({conditions(content['hold_s'], content['tow_n'])})" if flown else ""
+        lines.append(content["hold_verdict"] + how)
     lines += [
         f"  {name:<28}{value}"
         for name, value in (

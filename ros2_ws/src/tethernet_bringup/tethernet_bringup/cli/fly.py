@@ -71,8 +71,9 @@ def _report(outcome: Outcome, policy: str) -> str:
         times += f"; the net closed from {outcome.trigger_time_s:.1f} s on"
     lines = [f"{'CAPTURED' if outcome.captured else 'NOT CAPTURED'}   {outcome.verdict}"]
     if outcome.held is not None:
-        how = conditions(outcome.hold_s, outcome.tow_n)
-        lines.append(f"{'HELD' if outcome.held else 'NOT HELD'}   {outcome.hold_verdict} ({how})")
+        # A mission that was missed never got to its hold test.
+        how = f" ({conditions(outcome.hold_s, outcome.tow_n)})" if outcome.trigger_time_s is not None else ""
+        lines.append(f"{'HELD' if outcome.held else 'NOT HELD'}   {outcome.hold_verdict}{how}")
     rows = [
         ("end", times),
         ("locked pairs", str(outcome.locked_pairs)),

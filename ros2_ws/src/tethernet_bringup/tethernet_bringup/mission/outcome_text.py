@@ -18,8 +18,9 @@ def describe(record: FlightRecord, content: dict[str, Any], folder: Path, analys
     """The block of lines that ends the mission on the terminal."""
     lines = ["", f"  {_headline(record)}   {content['verdict']}"]
     if record.hold is not None:
-        how = conditions(record.hold_s, record.tow_n)
-        lines.append(f"  {_HELD[content['held']]}   {content['hold_verdict']} ({how})")
+        # A mission that was missed never got to its hold test.
+        how = f" ({conditions(record.hold_s, record.tow_n)})" if content["hold_end_time_s"] is not None else ""
+        lines.append(f"  {_HELD[content['held']]}   {content['hold_verdict']}{how}")
     lines.append("")
     lines += [f"    {name:<18} {text}" for name, text in _rows(record, content)]
     for title, entries in (("faults", record.faults[1:]), ("warnings", record.warnings)):
