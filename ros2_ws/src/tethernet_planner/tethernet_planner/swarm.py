@@ -73,6 +73,14 @@ class SwarmCentroid:
         late = {mu: newest_ns - clock.newest for mu, clock in self._clocks.items() if clock.newest is not None}
         return {mu: late_ns for mu, late_ns in late.items() if abs(late_ns) > self._silent_ns}
 
+    def _present(self) -> set[int]:
+        """MUs that a tick needs a sample of: all that are not left out, and all before each has spoken."""
+        stamps = [clock.newest for clock in self._clocks.values() if clock.newest is not None]
+        together = max(stamps) - min(stamps) <= self._silent_ns  # nearly always, and then nobody is left out
+        if together or len(stamps) < len(self._clocks):
+            return set(self._clocks)
+        return self._clocks.keys() - self.behind.keys()
+
     def awaited(self, stamp_ns: int, period_ns: int) -> set[int]:
         """MUs whose sample of a control tick is still to come: those that keep step with the ticks and have not fallen
         silent. Whose stamps lie between the ticks is never waited for: its newest sample is as good as any.
@@ -109,8 +117,8 @@ class SwarmCentroid:
             return None
         self.positions[mu], self.velocities[mu] = position, velocity
         self._fresh.add(mu)
-        present = self._clocks.keys() - self.behind.keys()
-        if self.missing or not present <= self._fresh:
+        present = self._present()
+        if not present <= self._fresh:
             return None
         self._fresh.clear()
         centroid = as_point(sum(self.positions[mu][axis] for mu in present) / len(present) for axis in range(3))

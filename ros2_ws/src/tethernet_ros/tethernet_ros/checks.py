@@ -60,6 +60,7 @@ _SMALL, _MIDDLE, _LARGE = 16_384, 65_536, 4_194_304
 """Most bytes of a message: of one with a header and numbers, with texts, with a whole net. Longer ones are not even
 looked into."""
 
+_MODES, _PHASES = range(max(Mode) + 1), range(max(Phase) + 1)
 _LONGEST_S = 1e6
 """Of a duration [s]."""
 
@@ -173,7 +174,7 @@ def mission_from(message: MissionState) -> Mission:
         MessageError: for a phase that does not exist, more units than a system has, times in the wrong order, points
             that no unit can fly to.
     """
-    one_of("phase", message.phase, range(max(Phase) + 1))
+    one_of("phase", message.phase, _PHASES)
     one_of("mu_count", message.mu_count, range(MOST_UNITS + 1))
     for name, given in (("closing_points", message.closing_points), ("docked_times", message.docked_times)):
         one_of(f"the number of {name}", len(given), sorted({0, message.mu_count}))
@@ -221,7 +222,7 @@ def mu_status(mu: int) -> Check[MuStatus]:
     def read(data: bytes) -> MuStatus:
         message = _sound(data, MuStatus, "aiming_source")
         one_of("mu", message.mu, (mu,))
-        one_of("mode", message.mode, range(max(Mode) + 1))
+        one_of("mode", message.mode, _MODES)
         not_negative(
             message, "tracking_error", "max_tracking_error", "fuel", "fuel_at_trigger", "position_sigma",
             "velocity_sigma",

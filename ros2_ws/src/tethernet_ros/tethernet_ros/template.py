@@ -26,6 +26,7 @@ from rosidl_parser.definition import (
 _ORIGIN = 4  # [bytes] the encapsulation header; alignment counts from behind it
 _STAMP = struct.Struct("<iI")
 _SECOND_NS = 1_000_000_000
+_FEW = 16
 _SIZES = {
     "boolean": 1, "octet": 1, "char": 1, "int8": 1, "uint8": 1, "int16": 2, "uint16": 2, "int32": 4, "uint32": 4,
     "float": 4, "int64": 8, "uint64": 8, "double": 8,
@@ -71,7 +72,7 @@ class Template:
     @property
     def finite(self) -> bool:
         """Whether all numbers that can be written are finite."""
-        return all(math.isfinite(float(view.sum())) or bool(np.isfinite(view).all()) for view in self._numbers)
+        return all(math.isfinite(_sum(view)) or bool(np.isfinite(view).all()) for view in self._numbers)
 
     def bytes(self) -> bytes:
         """The message as it stands."""
@@ -83,6 +84,11 @@ class Template:
         view = np.frombuffer(self._data, kind, count, self._layout.offsets[path])
         self._numbers.append(view)
         return view
+
+
+def _sum(numbers: np.ndarray) -> float:
+    """Of a few numbers in Python, which takes a fifth of the time that the array needs."""
+    return float(sum(numbers.tolist()) if len(numbers) <= _FEW else numbers.sum())
 
 
 class _Layout:

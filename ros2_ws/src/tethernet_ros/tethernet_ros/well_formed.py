@@ -57,6 +57,7 @@ class _Plan:
         self._visit(kind, "")
         self.all_numbers = _getter(self.numbers)
         self.all_texts = _getter(self.texts)
+        self.all_times = _getter([f"{stamp}.{part}" for stamp in self.stamps for part in ("sec", "nanosec")])
 
     def _visit(self, kind: type[Message], prefix: str) -> None:
         for name, slot in zip(kind.get_fields_and_field_types(), kind.SLOT_TYPES, strict=True):
@@ -126,9 +127,9 @@ def check_well_formed(message: Message) -> None:
 
 
 def _check_rest(plan: _Plan, message: Message, prefix: str) -> None:
-    for path in plan.stamps:
-        stamp = attrgetter(path)(message)
-        check_stamp(stamp.sec, stamp.nanosec, prefix + path)
+    times = plan.all_times(message)
+    for path, seconds, nanoseconds in zip(plan.stamps, times[::2], times[1::2], strict=True):
+        check_stamp(seconds, nanoseconds, prefix + path)
     for path, text in zip(plan.texts, plan.all_texts(message), strict=True):
         check_text(text, LONGEST_TEXT, prefix + path)
     for path in plan.text_arrays:

@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from tethernet_core.bounds import FARTHEST_M, FASTEST_M_S, FASTEST_RAD_S
-from tethernet_core.rotation import inverse, matrix, rotate
+from tethernet_core.rotation import matrix, turned
 from tethernet_core.settings import ControlParameters
 from tethernet_core.system import System
 from tethernet_sim.debris import body_rate, inertia_tensor
@@ -176,14 +176,16 @@ class World:
         """Motion of DEBRIS or CHASER as its odometry carries it: position [m], attitude (quaternion x y z w, body to
         launch), velocity [m/s] and angular rate [rad/s] in its own frame, as nav_msgs defines it.
         """
-        row = self.state.bodies[index, body]
-        to_body = inverse(row[ATTITUDE])
-        velocity, momentum = rotate(to_body, row[VELOCITY]), rotate(to_body, row[MOMENTUM])
+        # Single numbers: arrays of three take six times as long, and this is asked at every control tick.
+        row = self.state.bodies[index, body].tolist()
+        x, y, z, w = row[ATTITUDE]
+        to_body = (-x, -y, -z, w)
+        momentum = list(turned(to_body, row[MOMENTUM]))
         if body == DEBRIS:
-            rate = body_rate(self.model.debris, momentum)
+            rate = body_rate(self.model.debris, np.array(momentum)).tolist()
         else:
-            rate = momentum / self.model.numbers.chaser_inertia
-        return row[POSITION].tolist(), row[ATTITUDE].tolist(), velocity.tolist(), rate.tolist()
+            rate = [value / self.model.numbers.chaser_inertia for value in momentum]
+        return row[POSITION], row[ATTITUDE], list(turned(to_body, row[VELOCITY])), rate
 
     def tether(self, index: int) -> tuple[float, float]:
         """Length of the main tether [m] (paid out; the locked length once closing has begun) and its tension [N],
