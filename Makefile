@@ -15,7 +15,7 @@
 #   make clean          removes the environment and all that was built
 
 PYTHON ?= python3
-BENCH ?= engine mission graph scale
+BENCH ?= engine mission contact graph scale
 BENCH_ARGS ?=
 EVALUATE_ARGS ?=
 PYTEST_ARGS ?=

@@ -41,8 +41,8 @@ def make_model(
     mu_mass = masses[nodes:]
     numbers = Numbers(
         knots=nodes, center_node=center, time_step=time_step, chaser_mass=500.0, chaser_inertia=200.0,
-        tether_anchor=-0.5, tether_stiffness=100.0, tether_damping=0.1, contact_stiffness=1e3, friction=0.5,
-        knot_radius=0.05, mu_radius=0.1, contact_damping_ratio=0.1, open_segments=0, half_longest=0.0,
+        tether_anchor=-0.5, tether_stiffness=100.0, tether_damping=0.1, contact_stiffness=1e3, mu_contact_share=1.0,
+        friction=0.5, knot_radius=0.05, mu_radius=0.1, contact_damping_ratio=0.1, open_segments=0, half_longest=0.0,
         winch_speed=0.5, winch_tension=10.0, winch_stiffness=2500.0,
         joint_stiffness=1e3, joint_draw_in=0.1, joint_pull=50.0, docking_distance=0.3,
     )  # fmt: skip

@@ -54,6 +54,13 @@ def test_mission():
     assert speed_up == pytest.approx(result["batch_efficiency"] * result["batch_cores"], rel=2e-3)
 
 
+def test_contact():
+    result = last_line(run("contact", "--smoke"), "contact")
+    for name in ("zenit_8mu", "zenit_4mu"):
+        threads, knots = (result[f"whole_cpu_s_{contact}_{name}"] for contact in ("threads", "knots"))
+        assert result[f"whole_ratio_{name}"] == pytest.approx(threads / knots, rel=2e-3), "of the one turn"
+
+
 def test_the_mission_benchmark_counts_what_is_flown():
     """A capture ten times as long costs more after the trigger, and it costs CPU time, not waiting."""
     scenario = Scenario("zenit_4mu")

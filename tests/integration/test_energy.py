@@ -28,12 +28,13 @@ def test_docking_puts_in_no_more_than_its_motors_can():
     assert 0.0 < balance.put_in["docking motors"] <= 8 * 0.5 * load_system("zenit_8mu").closing.pull_n
 
 
+@pytest.mark.parametrize("contact", ["knots", "threads"])
 @pytest.mark.parametrize("mus", [4, 8])
-def test_every_force_is_booked(mus):
+def test_every_force_is_booked(mus, contact):
     """A shaken net thrown at a tumbling debris, closing, the chaser towing: the work of all laws is the kinetic energy,
     to rounding.
     """
-    world = flying_net(mus, closing=True)
+    world = flying_net(mus, closing=True, contact=contact)
     world.chaser_force[0] = (3.0, -1.0, 20.0)
     auditor = Auditor()
     auditor.attach(world)

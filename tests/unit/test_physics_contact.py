@@ -28,11 +28,11 @@ def push(position, velocity, bristle=(0.0, 0.0, 0.0), rate=(0.0, 0.0, 0.0)):
     """Force on one knot near a debris at the origin with identity attitude; None when it does not touch."""
     work = np.zeros((contact.ROWS, contact.BLOCK))
     work[:9, 0] = *position, *velocity, *bristle
-    work[12:, 0] = N.knot_radius, DAMPING[INTERIOR], 1.0, 1.0
+    work[12:16, 0] = N.knot_radius, DAMPING[INTERIOR], 1.0, 1.0
     debris = np.zeros(13)
     debris[9] = 1.0
     touching = contact.contact_forces(
-        work.ravel(), 1, BODY, debris, np.eye(3), np.array(rate, float), N, np.zeros(3), np.zeros(3)
+        work.ravel(), 1, BODY, debris, np.eye(3), np.array(rate, float), N, False, np.zeros(3), np.zeros(3)
     )
     return (work[9:12, 0], work[6:9, 0]) if touching else None
 
@@ -198,7 +198,7 @@ def test_all_contacts_at_once_equal_the_law_of_each_particle():
     )  # fmt: skip
     force, torque, mu_force = np.zeros(3), np.zeros(3), np.zeros((mus, 3))
     filled = contact.fill_up(work, found)
-    touched = contact.contact_forces(work, filled, BODY, debris, matrix, rate, N, force, torque)
+    touched = contact.contact_forces(work, filled, BODY, debris, matrix, rate, N, False, force, torque)
     contact.react(near, held, touching, knots, found, work, np.full(count, 0.1), 529, knot_vel, mu_force)
 
     size = np.where(np.arange(count + mus) < count, N.knot_radius, N.mu_radius)

@@ -8,7 +8,7 @@ import pytest
 from tests.engines import ENGINES, make_model
 from tethernet_core.rotation import inverse, rotate
 from tethernet_core.shapes import Box, Capsule, Compound, Cone, Cylinder, Part, Shape, Sphere
-from tethernet_core.system import load_system
+from tethernet_core.system import load_system, shipped_systems
 from tethernet_sim import audit
 from tethernet_sim.debris import debris_body, surface_distance
 from tethernet_sim.engine import Commands, EdgeListEngine
@@ -17,9 +17,8 @@ from tethernet_sim.model import Model, build_model
 from tethernet_sim.scenario import Scenario
 from tethernet_sim.stability import largest_step
 from tethernet_sim.state import State
-from tethernet_sim.touching_threads import touching_threads
 
-THREADS = {"contact": "threads", "contact_stiffness_n_m": 10000.0, "contact_damping_ratio": 0.14}
+THREADS = {"contact": "threads"}
 RADIUS_M = 0.001
 
 
@@ -120,6 +119,44 @@ def test_a_bounce_does_not_gain_energy():
         assert (0.98 * before if damping == 0.0 else 0.05 * before) < after < (1.02 if damping == 0.0 else 0.9) * before
 
 
+def over_an_edge(seed: int, slide_m_s: float) -> tuple[float, float, bool]:
+    """Energy [J] before and after a thread was thrown over an edge, without friction and damping, and whether it
+    touched; it slides along itself.
+    """
+    random = np.random.default_rng(seed)
+    shape, edge = (CYLINDER, (0.3, 0.0, 0.5)) if seed % 2 else (BOX, (0.1, 0.0, 0.1))
+    model = thread_on(shape, mass_kg=1e6)
+    model = model._replace(
+        numbers=model.numbers._replace(contact_damping_ratio=0.0, knot_radius=0.0),
+        arrays=model.arrays._replace(damping=np.zeros(1), rest=np.array([0.8]), contact_damping=np.zeros(2)),
+    )
+    outward, along = np.array([np.sqrt(0.5), 0.0, np.sqrt(0.5)]), np.array([0.0, 1.0, 0.0])
+    turn, lift, share = random.uniform(-1.0, 1.0), random.uniform(-0.5, 0.5), random.uniform(0.2, 0.8)
+    way = np.cos(turn) * np.cross(outward, along) + np.sin(turn) * along + lift * outward
+    way /= np.linalg.norm(way)
+    place = np.array(edge) + 0.005 * outward
+    velocity = slide_m_s * way - random.uniform(1.0, 3.0) * outward + random.normal(0.0, 0.5, 3)
+    state = laid(model, place - 0.8 * share * way, place + 0.8 * (1.0 - share) * way, velocity)
+    before = float(audit.kinetic_energy(model, state)[0])
+    touched = 0
+    for _ in range(30):
+        advance(model, state, 0.001)
+        touched += int(state.contacts[0])
+        if touched and not state.contacts[0] and depths(model, state).max() < -0.005:
+            break
+    after = float(audit.kinetic_energy(model, state)[0] + audit.elastic_energy(model, state)[0])
+    return before, after, touched > 0
+
+
+@pytest.mark.parametrize("slide_m_s", [0.0, 5.0, 20.0])
+def test_an_edge_gives_no_energy_to_a_thread_that_crosses_it(slide_m_s):
+    """The normal changes at an edge at once. That of one side alone drives a thread along itself for ever."""
+    before, after, touched = np.array([over_an_edge(seed, slide_m_s) for seed in range(40)]).T
+    assert touched.mean() > 0.5
+    assert after.sum() == pytest.approx(before.sum(), rel=0.03)
+    assert (after < 1.1 * before + 2e-3).all()
+
+
 def test_a_thread_that_lies_across_a_narrow_face_rests_on_both_edges():
     model = thread_on(BOX)
     state = laid(model, (-0.5, 0.0, 0.1005), (0.5, 0.0, 0.1005), (0.0, 0.0, -0.05))
@@ -140,15 +177,20 @@ def test_friction_acts_where_the_thread_touches(friction, slows):
         assert abs(along) < 1e-2  # the sphere falls away under the thread that slides across its top
 
 
-def test_threads_share_their_knots_stiffness_in_every_shipped_net():
-    for name in ("zenit_8mu", "zenit_4mu", "hexagonal_6mu"):
-        system = load_system(name)
-        threads = touching_threads(system)
-        total = np.bincount(threads.ends.ravel(), np.repeat(threads.share, 2))
-        assert total.max() <= 1.0 + 1e-12
-        physics = Settings.load(system).physics
-        assert largest_step(build_model(system, physics)) >= physics.time_step_s
-        assert Settings.load(system, physics=THREADS).physics.contact == "threads"
+@pytest.mark.parametrize("name", shipped_systems())
+def test_a_knot_with_its_threads_is_no_harder_than_a_knot_alone(name):
+    """So that threads may touch in every shipped net, with its own step and nothing else changed."""
+    system = load_system(name)
+    alone, both = (build_model(system, Settings.load(system, physics=p).physics) for p in ({}, THREADS))
+    nodes = alone.numbers.knots
+    ends, stiffness = both.arrays.segments, both.arrays.segment_stiffness
+    added = np.bincount(ends.ravel(), np.repeat(stiffness, 2))
+    assert (added + both.numbers.contact_stiffness).max() == pytest.approx(alone.numbers.contact_stiffness)
+    masses = 1.0 / both.arrays.inverse_mass[ends.ravel()]
+    dampers = 2.0 * both.numbers.contact_damping_ratio * np.sqrt(np.repeat(stiffness, 2) * masses)
+    dampers = np.bincount(ends.ravel(), dampers)[:nodes] + both.arrays.contact_damping[:nodes]
+    assert (dampers <= alone.arrays.contact_damping[:nodes] * (1.0 + 1e-12)).all()
+    assert largest_step(both) >= largest_step(alone)
 
 
 @pytest.mark.parametrize("engine", ENGINES)
@@ -158,21 +200,23 @@ def test_knots_alone_need_no_list_of_threads(engine):
     ENGINES[engine](model)
 
 
-def test_no_thread_of_a_mission_cuts_into_the_debris():
+@pytest.mark.parametrize(("name", "compliance_m"), [("zenit_8mu", 0.0), ("zenit_4mu", 0.015)])
+def test_no_thread_of_a_mission_cuts_into_the_debris(name, compliance_m):
+    """Winches press single threads on a rim with some 50 N, which takes their springs of 4 kN/m in by a centimetre."""
     deepest = {}
     for contact, physics in (("knots", {}), ("threads", THREADS)):
         found = [0.0]
-        model = build_model(load_system("zenit_8mu"), Settings.load("zenit_8mu", physics=THREADS).physics)
+        model = build_model(load_system(name), Settings.load(name, physics=THREADS).physics)
 
         def look(_stamp_ns, world, _flying, found=found, model=model):
             if world.state.contacts[0]:
                 found.append(float(depths(model, world.state).max()))
 
-        outcome = fly(Scenario("zenit_8mu"), Settings.load("zenit_8mu", physics=physics), look)
+        outcome = fly(Scenario(name), Settings.load(name, physics=physics), look)
         assert outcome.captured, outcome.verdict
         deepest[contact] = max(found)
     assert deepest["knots"] > 0.1
-    assert deepest["threads"] < 0.005
+    assert deepest["threads"] < 0.005 + compliance_m
 
 
 def test_a_scenario_flies_the_same_bits_alone_and_among_others():

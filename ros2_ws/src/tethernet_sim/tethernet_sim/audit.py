@@ -6,6 +6,7 @@ import numpy as np
 
 from tethernet_core.rotation import inverse, rotate
 from tethernet_sim.debris import body_rate, surface_distance
+from tethernet_sim.kernels import energy
 from tethernet_sim.model import Model
 from tethernet_sim.state import ATTITUDE, CHASER, DEBRIS, MOMENTUM, POSITION, VELOCITY, State
 
@@ -90,6 +91,13 @@ def elastic_energy(model: Model, state: State) -> np.ndarray:
         size = np.where(np.arange(len(local)) < model.numbers.knots, model.numbers.knot_radius, model.numbers.mu_radius)
         depth = size - surface_distance(model.debris, local)
         deep = depth > 0.0
-        springs = np.sum(depth[deep] ** 2) + np.sum(state.bristle[b, : len(deep)][deep] ** 2)
-        total[b] += 0.5 * model.numbers.contact_stiffness * springs
+        stiffness = np.where(np.arange(len(local)) < model.numbers.knots, 1.0, model.numbers.mu_contact_share)
+        stiffness = (model.numbers.contact_stiffness * stiffness)[deep]
+        held = np.sum(state.bristle[b, : len(deep)][deep] ** 2, axis=1)
+        total[b] += 0.5 * np.sum(stiffness * (depth[deep] ** 2 + held))
+        if len(model.arrays.segments):
+            total[b] += energy.stored_in_threads(
+                model.numbers, model.arrays, model.debris, state.knot_pos[b], state.mu_pos[b], debris, state.bristle[b],
+                state.closing[b],
+            )  # fmt: skip
     return total

@@ -107,8 +107,6 @@ class Auditor:
         world = self._world
         if world.state.batch != 1 or world.external.any():
             raise ValueError("energy is booked for one scenario alone, without external MUs")
-        if len(world.model.arrays.segments):
-            raise ValueError("energy is booked where knots touch alone; allowed: physics.contact = knots")
         s = world.state
         s.contacts[0] = book.fly_booked(
             self._ledger, world.model.numbers, world.model.arrays, world.engine.threads, world.model.debris,

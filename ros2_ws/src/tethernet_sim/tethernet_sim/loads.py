@@ -52,13 +52,14 @@ class Loads:
         self._share_now[chosen] = 0.0
         kernels.largest_share(
             world.model.numbers, world.model.arrays, chosen, self._thread_n, self._tether_n, s.knot_pos, s.knot_vel,
-            s.mu_pos, s.mu_vel, s.bodies, s.closing, s.tether_length, self._share_now,
+            s.mu_pos, s.mu_vel, s.bodies, s.closing, s.pair_length, s.locked, s.winch_length, s.tether_length,
+            self._share_now,
         )  # fmt: skip
         self._share[chosen] = np.maximum(self._share[chosen], self._share_now[chosen])
 
     def share(self, index: int) -> float:
-        """Largest tension of a thread of net, units or main tether over its strength so far [-]; NaN where no strength
-        is known.
+        """Largest tension over strength so far, of threads of the net, the units and the winches, joints and the main
+        tether [-]; NaN where no strength is known.
         """
         return float(self._share[index])
 

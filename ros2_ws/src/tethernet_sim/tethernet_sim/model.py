@@ -28,7 +28,8 @@ class Numbers(NamedTuple):
     tether_anchor: float  # z of the launch point in the chaser's body frame [m]
     tether_stiffness: float  # [N/m]
     tether_damping: float  # [N s/m]
-    contact_stiffness: float  # [N/m]
+    contact_stiffness: float  # of a knot [N/m]
+    mu_contact_share: float  # a MU's is so many times as stiff
     friction: float  # [-]
     knot_radius: float  # [m]
     mu_radius: float  # [m]
@@ -137,6 +138,10 @@ def build_net_model(system: System, physics: PhysicsParameters) -> NetModel:
     winches = closing.winch_thread_count
     pair_winch = np.array(closing.winch_thread_of_pair) if winches else np.full(len(pairs), -1)
     segments = touching_threads(system) if physics.contact == THREADS else TouchingThreads.none()
+    of_knot = (
+        physics.contact_stiffness_n_m * segments.knot_share,
+        physics.contact_damping_ratio * segments.damping_share,
+    )
     numbers = Numbers(
         knots=net.node_count,
         center_node=net.center_node if system.tether.stiffness_n_m > 0.0 else -1,
@@ -146,11 +151,12 @@ def build_net_model(system: System, physics: PhysicsParameters) -> NetModel:
         tether_anchor=system.chaser.anchor_m,
         tether_stiffness=system.tether.stiffness_n_m,
         tether_damping=system.tether.damping_n_s_m,
-        contact_stiffness=physics.contact_stiffness_n_m,
+        contact_stiffness=of_knot[0],
+        mu_contact_share=1.0 / segments.knot_share,
         friction=physics.friction_coefficient,
         knot_radius=physics.knot_radius_m,
         mu_radius=max((unit.radius_m for unit in units), default=0.0),
-        contact_damping_ratio=physics.contact_damping_ratio,
+        contact_damping_ratio=of_knot[1],
         open_segments=segments.open_count,
         half_longest=0.5 * segments.longest_m,
         winch_speed=2.0 * closing.winch_speed_m_s,
@@ -182,7 +188,12 @@ def build_net_model(system: System, physics: PhysicsParameters) -> NetModel:
         winch_begin=np.searchsorted(pair_winch, np.arange(winches + 1)) if winches else np.zeros(1, np.int64),
         joint_damping=physics.joint_damping_ratio
         * _critical(physics.joint_stiffness_n_m, first * second / (first + second)),
-        contact_damping=physics.contact_damping_ratio * _critical(physics.contact_stiffness_n_m, masses),
+        contact_damping=np.concatenate(
+            [
+                of_knot[1] * _critical(of_knot[0], net.node_masses),
+                physics.contact_damping_ratio * _critical(physics.contact_stiffness_n_m, mu),
+            ]
+        ),
         segments=segments.ends,
         segment_radius=np.full(len(segments.ends), net.material.radius_m),
         segment_stiffness=physics.contact_stiffness_n_m * segments.share,

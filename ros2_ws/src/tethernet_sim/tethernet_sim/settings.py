@@ -39,14 +39,18 @@ class PhysicsParameters:
         "The folded net lies so far in front of the launch point [A]", unit="m", low=0.0, high=20.0
     )
     contact: str = parameter(
-        "What of the net touches the debris: knots alone, or threads too, which ask for contact_stiffness_n_m 10000 "
-        "and contact_damping_ratio 0.14 to be stable with the same time step",
+        "What of the net touches the debris: knots alone, or threads too",
         choices=(KNOTS, THREADS),
     )
     knot_radius_m: float = parameter("Contact radius of a knot [A]", unit="m", low=0.0, high=0.5)
-    contact_stiffness_n_m: float = parameter("Compliant normal contact [A]", unit="N/m", low=0.0, high=1e6)
+    contact_stiffness_n_m: float = parameter(
+        "Compliant normal contact of a knot, with all its threads where those touch too [A]",
+        unit="N/m", low=0.0, high=1e6,
+    )  # fmt: skip
     contact_damping_ratio: float = parameter(
-        "Damping of the normal contact, of each point's own mass [A]", low=0.0, high=1.0
+        "Damping of the normal contact of a knot, with all its threads where those touch too, of its own mass [A]",
+        low=0.0,
+        high=1.0,
     )
     friction_coefficient: float = parameter(
         "mu of the scaled-box friction, in each tangential direction [A]", low=0.0, high=2.0

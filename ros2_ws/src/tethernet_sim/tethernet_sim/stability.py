@@ -105,7 +105,8 @@ def largest_step(model: Model | NetModel) -> float:
     knots, mus = n.knots, len(arrays.mu_knot)
     springs = net_springs(model)
     springs.between(arrays.mu_knot, knots + np.arange(mus), arrays.mu_stiffness, arrays.mu_damping)
-    springs.to_ground(n.contact_stiffness, arrays.contact_damping)
+    share = np.where(np.arange(knots + mus) < knots, 1.0, n.mu_contact_share)
+    springs.to_ground(n.contact_stiffness * share, arrays.contact_damping)
     springs.to_ground(*_thread_contacts(model))
     # The main tether is held by the chaser, the stand-ins of external MUs by their targets.
     held = np.zeros((2, knots + mus))

@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
 
 from tethernet_core.system import System
 
+KNOT_SHARE = 0.2
+"""Of the stiffness of contact that is a knot's where threads touch too; its threads have the rest together: as much
+each in a net of squares.
+"""
 LONGEST_STRETCH = 1.1
 """No thread is longer than this factor times its rest length: what nets are made of breaks at 3 to 5 %."""
 
@@ -17,8 +22,12 @@ class TouchingThreads:
     """The net's threads, the units' threads, then the closing threads from one node of the ring to the next."""
 
     ends: np.ndarray  # (S, 2) particles
-    share: np.ndarray  # (S,) stiffness of its contact as a share of a knot's
-    """All threads of a knot together are as hard as the knot, so that a net of many threads needs no smaller step."""
+    share: np.ndarray  # (S,) stiffness of its contact as a share of what physics.contact_stiffness_n_m says
+    """A knot with all its threads is as hard as a knot that touches alone, so that threads need no smaller step."""
+    knot_share: float
+    """Stiffness of a knot's own contact, likewise."""
+    damping_share: float
+    """Of physics.contact_damping_ratio that each of these contacts has: together they dampen a knot as one alone."""
     open_count: int
     """Without the closing threads."""
     longest_m: float
@@ -27,7 +36,7 @@ class TouchingThreads:
     @classmethod
     def none(cls) -> TouchingThreads:
         """Where only knots and units touch."""
-        return cls(np.zeros((0, 2), np.int64), np.zeros(0), 0, 0.0)
+        return cls(np.zeros((0, 2), np.int64), np.zeros(0), 1.0, 1.0, 0, 0.0)
 
 
 def touching_threads(system: System) -> TouchingThreads:
@@ -44,7 +53,10 @@ def touching_threads(system: System) -> TouchingThreads:
     degree = np.bincount(ends.ravel(), minlength=nodes + len(units))
     return TouchingThreads(
         ends=ends,
-        share=1.0 / degree[ends].max(axis=1),
+        share=(1.0 - KNOT_SHARE) / degree[ends].max(axis=1),
+        knot_share=KNOT_SHARE,
+        # Dampers go with the roots of the stiffnesses, and n threads share theirs.
+        damping_share=1.0 / (math.sqrt(KNOT_SHARE) + math.sqrt((1.0 - KNOT_SHARE) * degree.max())),
         open_count=len(own),
         longest_m=LONGEST_STRETCH * float(np.concatenate([rest, flat]).max()),
     )

@@ -15,13 +15,15 @@ SPEED_FACTOR, SPEED_MARGIN_M_S = 2.0, 2.0
 this margin: a thread that snaps taut can at most reverse a relative velocity."""
 NEAR_STEPS = 10
 """Steps between two searches while particles are near the debris."""
-ROWS = 16
-"""Rows of a block of work space for :func:`contact_forces`."""
+ROWS = 20
+"""Rows of a block of work space for :func:`contact_forces`; the last four are those of threads."""
 BLOCK = 544
 """Numbers in such a row. Any number of particles fits into :func:`blocks` blocks; within one the rows are a constant
 apart, which is what it takes to vectorise."""
 FAR_STEPS = 500
 """Steps between two searches at the most."""
+LEAST_STEEPNESS = 1e-12
+"""Square of the least gradient of a thread's depth that is not taken as none."""
 FAR_AWAY = 1e5
 """Nothing touches the debris at this distance along each axis [m]."""
 
@@ -211,6 +213,7 @@ def gather(
                 for axis in range(3):
                     block[k + (3 + axis) * BLOCK] = knot_vel[axis, particle]
                 block[k + 12 * BLOCK] = numbers.knot_radius
+                block[k + 14 * BLOCK], block[k + 15 * BLOCK] = 1.0, 1.0
             else:
                 m = particle - all_knots
                 block[k] = mu_pos[m, 0] - px
@@ -219,8 +222,9 @@ def gather(
                 for axis in range(3):
                     block[k + (3 + axis) * BLOCK] = mu_vel[m, axis]
                 block[k + 12 * BLOCK] = numbers.mu_radius
+                block[k + 14 * BLOCK] = numbers.mu_contact_share
+                block[k + 15 * BLOCK] = 1.0 / numbers.mu_contact_share
             block[k + 13 * BLOCK] = damping[particle]
-            block[k + 14 * BLOCK], block[k + 15 * BLOCK] = 1.0, 1.0
             for axis in range(3):
                 block[k + (6 + axis) * BLOCK] = held[axis, j]
 
@@ -235,27 +239,36 @@ def fill_up(work, count):
     filled = (count + 7) // 8 * 8
     for k in range(count, filled):
         for row in range(ROWS):
-            work[column(k) + row * BLOCK] = FAR_AWAY if row < 3 else (1.0 if row > 13 else 0.0)
+            work[column(k) + row * BLOCK] = FAR_AWAY if row < 3 else (1.0 if 13 < row < 16 else 0.0)
     return filled
 
 
 @inlined
-def contact_forces(work, count, body, debris, matrix, rate, numbers, force, torque):
-    """Forces of the debris on the particles that touch it; without branches, so that it vectorises.
+def contact_forces(work, count, body, debris, matrix, rate, numbers, on_threads, force, torque):
+    """Forces of the debris on the particles, or points of threads, that touch it; without branches, so that it
+    vectorises.
 
     Friction is the scaled box: in each of two tangential directions a spring and a damper, limited by mu times the
     normal force; the spring never holds more than friction can, what is beyond has slid.
 
+    A thread touches where its distance is smallest, so that only the part of the surface's normal across the thread
+    changes that distance: it is the gradient of the depth, not of unit length where the thread crosses an edge, and
+    force along it is conservative. A force along the thread would drive it round an edge for ever.
+
     Args:
         work: blocks, see :data:`BLOCK`, with a row for each of: position relative to the debris' centre [m], velocity
             [m/s], bristle in the debris frame [m] (updated), force on the particle [N] (output), each x, y, z; radius
-            [m], damping [N s/m], stiffness as a share of the law's and its inverse.
+            [m], damping [N s/m], stiffness as a share of the law's and its inverse; of a point of a thread also the
+            vector from the first to the second end, x, y, z [m], and one over its squared length [1/m^2]. Instead of
+            the vector are put out: the speed of sliding through the point, as a share of its length [1/s], the slope of
+            the distance along it [m], the depth [m].
         count: how many particles.
         body: constants of the debris, see kernels.debris_body.
         debris: its body state (13,).
         matrix: its rotation (3, 3).
         rate: its angular rate, launch frame [rad/s].
         numbers: constants of the model.
+        on_threads: whether they are points of threads; a literal, so that there is no branch.
         force: on the debris [N], (3,); added to.
         torque: on the debris about its centre of mass [N m], (3,); added to.
 
@@ -284,14 +297,29 @@ def contact_forces(work, count, body, debris, matrix, rate, numbers, force, torq
             ux, uy, uz = m00 * vx + m10 * vy + m20 * vz, m01 * vx + m11 * vy + m21 * vz, m02 * vx + m12 * vy + m22 * vz
             distance, nx, ny, nz = debris_body.surface(body, rx, ry, rz)
             depth = block[j + 12 * BLOCK] - distance
-            pressing = max(hard * depth - damping * (ux * nx + uy * ny + uz * nz), 0.0)
+            if on_threads:
+                lx, ly, lz = block[j + 16 * BLOCK], block[j + 17 * BLOCK], block[j + 18 * BLOCK]
+                ex, ey, ez = (
+                    m00 * lx + m10 * ly + m20 * lz, m01 * lx + m11 * ly + m21 * lz, m02 * lx + m12 * ly + m22 * lz,
+                )  # fmt: skip
+                slope = nx * ex + ny * ey + nz * ez
+                along = slope * block[j + 19 * BLOCK]
+                nx, ny, nz = nx - along * ex, ny - along * ey, nz - along * ez
+                steepness = math.sqrt(max(nx * nx + ny * ny + nz * nz, LEAST_STEEPNESS))
+                nx, ny, nz = nx / steepness, ny / steepness, nz / steepness
+                pressing = hard * depth - damping * steepness * (ux * nx + uy * ny + uz * nz)
+                pressing = max(steepness * pressing, 0.0)
+                block[j + 16 * BLOCK] = (ux * ex + uy * ey + uz * ez) * block[j + 19 * BLOCK]
+                block[j + 17 * BLOCK], block[j + 18 * BLOCK] = slope, depth
+            else:
+                pressing = max(hard * depth - damping * (ux * nx + uy * ny + uz * nz), 0.0)
             pressing = pressing if depth > 0.0 else 0.0
             # The box' directions: a along the body's z as far as the surface allows, where that is steep along its x;
             # b across both. No choice is smooth all round a body; where it changes, the bristle stays what it is.
             steep = abs(nz) < 0.8
-            slope = nz if steep else nx
-            inverse = 1.0 / math.sqrt(1.0 - slope * slope)
-            ax, ay, az = (0.0 if steep else 1.0) - slope * nx, -slope * ny, (1.0 if steep else 0.0) - slope * nz
+            lean = nz if steep else nx
+            inverse = 1.0 / math.sqrt(1.0 - lean * lean)
+            ax, ay, az = (0.0 if steep else 1.0) - lean * nx, -lean * ny, (1.0 if steep else 0.0) - lean * nz
             ax, ay, az = ax * inverse, ay * inverse, az * inverse
             bx, by, bz = ny * az - nz * ay, nz * ax - nx * az, nx * ay - ny * ax
             slide_1, slide_2 = ux * ax + uy * ay + uz * az, ux * bx + uy * by + uz * bz

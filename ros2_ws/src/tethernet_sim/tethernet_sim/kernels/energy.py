@@ -12,15 +12,19 @@ import math
 
 import numpy as np
 
-from tethernet_sim.kernels import debris_body
+from tethernet_sim.kernels import debris_body, thread_points
 from tethernet_sim.kernels.options import entry_point, ieee
 from tethernet_sim.kernels.rigid_body import angular_rate, rotation_matrix
 from tethernet_sim.kernels.step import advance_scenario
 
 WORK, THRUST, WINCH_IN, JOINT_IN, THREADS, TETHER, CONTACT, FRICTION, WINCH_SLIP, JOINTS = range(10)
-TERMS = 10
+HELD = 10
+TERMS = 11
 """Rows of the ledger [J]: the work of all forces on all bodies; put in by thrusters, winches and joints' motors; taken
-out by the dampers of threads and of the tether, contact, friction, slipping winches, the dampers of joints."""
+out by the dampers of threads and of the tether, contact, friction, slipping winches, the dampers of joints. The last
+is no term: what the bristles of threads hold after the last step."""
+THREADS_NEAR_M = 0.05
+"""Points of threads that are farther away do not touch in this step."""
 
 
 @ieee
@@ -131,29 +135,36 @@ def _closing(ledger, numbers, arrays, x, v, w, mus, mu_vel, mu_vel_after, joints
 
 @ieee
 def _contact(
-    ledger, numbers, damping, size, place, speed, speed_after, body, debris, debris_after, matrix, rates, held
+    ledger, numbers, k, damping, size, place, speed, speed_after, along, body, debris, debris_after, matrix, rates, held
 ):  # fmt: skip
-    """One particle: ``rates`` (2, 3) of the debris before and after [rad/s], ``held`` its bristle before [m]."""
-    h, k = numbers.time_step, numbers.contact_stiffness
+    """One particle, or one point of a thread ``along`` a unit vector (launch frame; 0 for a particle): ``rates`` (2, 3)
+    of the debris before and after [rad/s], ``held`` its bristle before [m]. Returns what its bristle holds after [J].
+    """
+    h = numbers.time_step
     arm = place - debris[:3]
     local, bristle = matrix.T @ arm, 0.5 * k * np.dot(held, held)
     distance, nx, ny, nz = debris_body.surface(body, local[0], local[1], local[2])
     depth = size - distance
     if depth <= 0.0:
         ledger[FRICTION] += bristle  # what has let go has lost what its bristle held
-        return
+        return 0.0
     slip = matrix.T @ (speed - debris[3:6] - np.cross(rates[0], arm))
     later = matrix.T @ (speed_after - debris_after[3:6] - np.cross(rates[1], arm))
     mean = 0.5 * (slip + later)
-    normal = np.array([nx, ny, nz])
-    pressing = max(k * depth - damping * np.dot(slip, normal), 0.0)
+    normal, direction = np.array([nx, ny, nz]), matrix.T @ along
+    normal = normal - np.dot(normal, direction) * direction
+    steepness = math.sqrt(np.dot(normal, normal))
+    normal = normal / steepness
+    spring = steepness * k * depth
+    pressing = max(spring - steepness * steepness * damping * np.dot(slip, normal), 0.0)
     ledger[WORK] += h * pressing * np.dot(mean, normal)
-    ledger[CONTACT] -= h * (pressing - k * depth) * np.dot(mean, normal)
-    first = np.array([0.0, 0.0, 1.0]) if abs(nz) < 0.8 else np.array([1.0, 0.0, 0.0])
+    ledger[CONTACT] -= h * (pressing - spring) * np.dot(mean, normal)
+    first = np.array([0.0, 0.0, 1.0]) if abs(normal[2]) < 0.8 else np.array([1.0, 0.0, 0.0])
     first -= np.dot(first, normal) * normal
     first /= math.sqrt(np.dot(first, first))
     limit = numbers.friction * pressing
     ledger[FRICTION] += bristle
+    kept = 0.0
     for direction in (first, np.cross(normal, first)):
         was, slide, way = np.dot(held, direction), np.dot(slip, direction), np.dot(mean, direction)
         ledger[FRICTION] -= 0.5 * k * was * was  # what stays is what turned out of the tangent plane
@@ -162,12 +173,70 @@ def _contact(
         force = min(max(-k * raw - damping * slide, -limit), limit)
         ledger[WORK] += h * force * way
         ledger[FRICTION] += k * stuck * (raw - stuck) - h * (force + k * stuck) * way
+        kept += 0.5 * k * stuck * stuck
+    return kept
+
+
+@ieee
+def _touching_threads(numbers, arrays, body, knots, mu_pos, debris, matrix, closing, work):
+    """Find the points that touch. Returns how many there are."""
+    count = len(arrays.segments) if closing else numbers.open_segments
+    listed = thread_points.list_segments(
+        work, arrays, count, knots, mu_pos, body, debris, matrix, numbers, THREADS_NEAR_M
+    )
+    return thread_points.find_points(work, arrays, listed, knots, mu_pos, body, debris, matrix, numbers, THREADS_NEAR_M)
+
+
+@ieee
+def _threads(
+    ledger, numbers, arrays, knots, v, w, mu_pos, mu_vel, mu_vel_after, body, debris, debris_after, matrix, rates,
+    bristle, points, work,
+):  # fmt: skip
+    """All touching points of threads; their stiffness may be another than at the step before, which friction pays."""
+    held = 0.0
+    for p in range(points):
+        of_point = bristle[work.bristle[p]]
+        held += 0.5 * numbers.contact_stiffness * work.numbers[2, p] * work.weight[p] * np.dot(of_point, of_point)
+    ledger[FRICTION] += ledger[HELD] - held
+    ledger[HELD] = 0.0
+    for p in range(points):
+        i, j, share, weight = work.ends[0, p], work.ends[1, p], work.share[p], work.weight[p]
+        start, end = _particle(knots, mu_pos, i), _particle(knots, mu_pos, j)
+        along = end - start
+        along = along / math.sqrt(np.dot(along, along)) if 0.0 < share < 1.0 else np.zeros(3)
+        ledger[HELD] += _contact(
+            ledger, numbers, numbers.contact_stiffness * work.numbers[2, p] * weight, work.numbers[1, p] * weight,
+            work.numbers[0, p], start + share * (end - start),
+            (1.0 - share) * _particle(v, mu_vel, i) + share * _particle(v, mu_vel, j),
+            (1.0 - share) * _particle(w, mu_vel_after, i) + share * _particle(w, mu_vel_after, j),
+            along, body, debris, debris_after, matrix, rates, bristle[work.bristle[p]],
+        )  # fmt: skip
+
+
+@entry_point
+def stored_in_threads(numbers, arrays, body, knots, mu_pos, debris, bristle, closing):
+    """Energy in the contacts of threads [J]: of one scenario, arrays as in State."""
+    matrix = np.zeros((3, 3))
+    rotation_matrix(debris, matrix)
+    work = thread_points.workspace(len(arrays.segments), debris_body.parts(body))
+    points = _touching_threads(numbers, arrays, body, knots, mu_pos, debris, matrix, closing, work)
+    total = 0.0
+    for p in range(points):
+        share = work.share[p]
+        start, end = _particle(knots, mu_pos, work.ends[0, p]), _particle(knots, mu_pos, work.ends[1, p])
+        local = matrix.T @ (start + share * (end - start) - debris[:3])
+        depth = work.numbers[0, p] - debris_body.surface(body, local[0], local[1], local[2])[0]
+        if depth > 0.0:
+            of_point = bristle[work.bristle[p]]
+            stiffness = numbers.contact_stiffness * work.numbers[2, p] * work.weight[p]
+            total += 0.5 * stiffness * (depth * depth + np.dot(of_point, of_point))
+    return total
 
 
 @ieee
 def book_step(
     ledger, numbers, arrays, body, thrust, chaser_force, closing, tether_length, knots, knot_vels, mu_pos, mu_vels,
-    bodies, bristle, joints, locks, threads,
+    bodies, bristle, joints, locks, threads, work,
 ):  # fmt: skip
     """Add what one step did to the ``ledger`` (TERMS,) [J].
 
@@ -185,10 +254,11 @@ def book_step(
         mu_pos: positions before [m], (M, 3).
         mu_vels: velocities before and after [m/s], (2, M, 3).
         bodies: before and after, (2, 2, 13).
-        bristle: before [m], (N + M, 3).
+        bristle: before [m], see State.
         joints: rest lengths of the pairs before and after [m], (2, R).
         locks: which pairs are locked before and after, (2, R).
         threads: rest lengths of the winches' threads before and after [m], (2, S).
+        work: of thread_points.workspace.
     """
     v, w = knot_vels[0], knot_vels[1]
     given = 0.0
@@ -209,7 +279,7 @@ def book_step(
     if closing:
         _closing(ledger, numbers, arrays, knots, v, w, mu_pos, mu_vels[0], mu_vels[1], joints, locks, threads)
     debris, after = bodies[0, 0], bodies[1, 0]
-    matrix, rates = np.zeros((3, 3)), np.zeros((2, 3))
+    matrix, rates, no_thread = np.zeros((3, 3)), np.zeros((2, 3)), np.zeros(3)
     rotation_matrix(debris, matrix)
     debris_body.rate(body, debris, matrix, rates[0])
     debris_body.rate(body, after, matrix, rates[1])
@@ -222,14 +292,21 @@ def book_step(
             dx, dy, dz = mu_pos[p - count, 0] - px, mu_pos[p - count, 1] - py, mu_pos[p - count, 2] - pz
         # Outside of a debris that is larger all round nothing touches.
         size = numbers.knot_radius if p < count else numbers.mu_radius
+        stiffness = numbers.contact_stiffness * (1.0 if p < count else numbers.mu_contact_share)
         if debris_body.within(body, frame, debris_body.inflated(body, size), dx, dy, dz):
             _contact(
-                ledger, numbers, arrays.contact_damping[p], size, _particle(knots, mu_pos, p),
-                _particle(v, mu_vels[0], p), _particle(w, mu_vels[1], p), body, debris, after, matrix, rates,
+                ledger, numbers, stiffness, arrays.contact_damping[p], size, _particle(knots, mu_pos, p),
+                _particle(v, mu_vels[0], p), _particle(w, mu_vels[1], p), no_thread, body, debris, after, matrix, rates,
                 bristle[p],
             )  # fmt: skip
         elif bristle[p, 0] != 0.0 or bristle[p, 1] != 0.0 or bristle[p, 2] != 0.0:
-            ledger[FRICTION] += 0.5 * numbers.contact_stiffness * np.dot(bristle[p], bristle[p])  # it has let go
+            ledger[FRICTION] += 0.5 * stiffness * np.dot(bristle[p], bristle[p])  # it has let go
+    if len(arrays.segments):
+        points = _touching_threads(numbers, arrays, body, knots, mu_pos, debris, matrix, closing, work)
+        _threads(
+            ledger, numbers, arrays, knots, v, w, mu_pos, mu_vels[0], mu_vels[1], body, debris, after, matrix, rates,
+            bristle, points, work,
+        )  # fmt: skip
 
 
 @entry_point
@@ -244,6 +321,7 @@ def fly_booked(
     knot_vels, mu_vels = np.zeros((2, *knot_vel.shape)), np.zeros((2, *mu_vel.shape))
     both_bodies, joints = np.zeros((2, *bodies.shape)), np.zeros((2, *pair_length.shape))
     locks, winches = np.zeros((2, *locked.shape), np.bool_), np.zeros((2, *winch_length.shape))
+    work = thread_points.workspace(len(arrays.segments), debris_body.parts(body))
     for _ in range(steps):
         knots, mus, held = knot_pos.copy(), mu_pos.copy(), bristle.copy()
         knot_vels[0], mu_vels[0], both_bodies[0] = knot_vel, mu_vel, bodies
@@ -256,6 +334,6 @@ def fly_booked(
         joints[1], locks[1], winches[1] = pair_length, locked, winch_length
         book_step(
             ledger, numbers, arrays, body, thrust, chaser_force, closing, tether_length, knots, knot_vels, mus,
-            mu_vels, both_bodies, held, joints, locks, winches,
+            mu_vels, both_bodies, held, joints, locks, winches, work,
         )  # fmt: skip
     return contacts

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from tethernet_sim.kernels import contact, debris_body, net, pairs, rigid_body, thread_contact
+from tethernet_sim.kernels import contact, debris_body, net, pairs, rigid_body, thread_contact, thread_points
 from tethernet_sim.kernels.options import entry_point, inlined, inlined_once, kernel
 from tethernet_sim.kernels.rows import aligned_rows, padded, row_width
 
@@ -143,9 +143,10 @@ def advance_scenario(
     busy, near_flags = np.empty(width, np.uint32), np.zeros(width, np.uint8)
     near_blocks = near_flags.view(np.uint64)
     segments = len(arrays.segments)
-    thread_points = thread_contact.workspace(segments, debris_body.parts(body))
-    most_points = len(thread_points.share)
-    work = np.empty(contact.blocks(knots + mus + most_points) * contact.ROWS * contact.BLOCK)
+    points_of_threads = thread_points.workspace(segments, debris_body.parts(body))
+    most_points = len(points_of_threads.share)
+    work = np.empty(contact.blocks(knots + mus) * contact.ROWS * contact.BLOCK)
+    work_of_threads = np.empty(contact.blocks(most_points) * contact.ROWS * contact.BLOCK)
     held, kept = np.empty((3, width)), np.empty(width)
     squared = np.empty(width)
     ordered = squared.view(np.uint64)
@@ -181,25 +182,27 @@ def advance_scenario(
             contact.fetch_bristles(bristle, near, near_count, held)
             if segments:
                 former = points
-                thread_contact.store_bristles(bristle, thread_points, former)
+                thread_contact.store_bristles(bristle, points_of_threads, former)
                 points = 0
                 if search_in > contact.NEAR_STEPS:
                     searches_left = 0
                 else:
                     if searches_left == 0:
-                        searches_left = thread_contact.LIST_SEARCHES
-                        listed = thread_contact.list_segments(
-                            thread_points, arrays, segments if closing else numbers.open_segments, knot_pos, mu_pos,
+                        searches_left = thread_points.LIST_SEARCHES
+                        listed = thread_points.list_segments(
+                            points_of_threads, arrays, segments if closing else numbers.open_segments, knot_pos, mu_pos,
                             body, debris, debris_matrix, numbers,
                             speed * searches_left * contact.NEAR_STEPS * dt,
                         )  # fmt: skip
                     searches_left -= 1
                     step_reach = speed * dt
-                    points = thread_contact.find_points(
-                        thread_points, arrays, listed, knot_pos, mu_pos, body, debris, debris_matrix, numbers,
+                    points = thread_points.find_points(
+                        points_of_threads, arrays, listed, knot_pos, mu_pos, body, debris, debris_matrix, numbers,
                         speed * contact.NEAR_STEPS * dt,
                     )  # fmt: skip
-                thread_contact.fetch_bristles(bristle, thread_points, points, former)
+                thread_contact.fetch_bristles(bristle, points_of_threads, points, former)
+                if step == 0:  # the points of the steps flown before are not known any more
+                    thread_contact.forget_bristles(bristle, knots + mus)
             search_in = max(search_in, 1)
         search_in -= 1
 
@@ -236,14 +239,20 @@ def advance_scenario(
                 knot_pos, knot_vel, mu_pos, mu_vel, debris, contact_damping, numbers, near, held, touching,
                 touching_knots, touching_count, work,
             )  # fmt: skip
-            active = thread_contact.gather(
-                thread_points, points, knot_pos, knot_vel, mu_pos, mu_vel, body, debris, debris_matrix, knots,
-                step_reach * (contact.NEAR_STEPS - search_in), touching_count, work,
-            )  # fmt: skip
-            filled = contact.fill_up(work, touching_count + active)
+            filled = contact.fill_up(work, touching_count)
             contacts = contact.contact_forces(
-                work, filled, body, debris, debris_matrix, rate, numbers, debris_force, debris_torque
+                work, filled, body, debris, debris_matrix, rate, numbers, False, debris_force, debris_torque
             )
+            if points:
+                active = thread_contact.gather(
+                    points_of_threads, points, knot_pos, knot_vel, mu_pos, mu_vel, body, debris, debris_matrix, knots,
+                    step_reach * (contact.NEAR_STEPS - search_in), work_of_threads,
+                )  # fmt: skip
+                filled = contact.fill_up(work_of_threads, active)
+                contacts += contact.contact_forces(
+                    work_of_threads, filled, body, debris, debris_matrix, rate, numbers, True, debris_force,
+                    debris_torque,
+                )  # fmt: skip
 
         # 3. Velocities. The net's threads come first, because they find their forces themselves.
         net.apply(threads, thread_work, knot_pos, knot_vel, kick, dt)
@@ -262,7 +271,10 @@ def advance_scenario(
             pairs.apply(all_pairs, pair_forces, kick, knots, knot_vel, mu_force)
         if near_count + points:
             contact.react(near, held, touching, touching_knots, touching_count, work, kick, knots, knot_vel, mu_force)
-            thread_contact.react(thread_points, active, touching_count, work, kick, knots, knot_vel, mu_force)
+            if points:
+                thread_contact.react(
+                    points_of_threads, active, work_of_threads, kick, knots, knot_vel, mu_force, dt
+                )  # fmt: skip
             rigid_body.kick(debris, body.mass, debris_force, debris_torque, dt)
 
         # 4. Positions.
@@ -279,7 +291,7 @@ def advance_scenario(
             rigid_body.small_rotation_step(chaser, chaser_matrix, numbers.chaser_inertia, numbers.chaser_inertia, dt)
 
     contact.store_bristles(bristle, near, near_count, held)
-    thread_contact.store_bristles(bristle, thread_points, points)
+    thread_contact.store_bristles(bristle, points_of_threads, points)
     all_knot_pos[:], all_knot_vel[:] = knot_pos[:, :knots], knot_vel[:, :knots]
     if coasted:
         debris_body.drift(body, debris, debris_matrix, coasted * dt)
