@@ -6,7 +6,8 @@ where the CPU time goes.
 
 Each mission in lock-step takes turns with its baseline, the same processes with empty callbacks (empty_graph.py): what
 of the time is the middleware's and the interpreter's. ``share_of_empty`` is the mission's real-time factor by the
-baseline's, ``start_ratio_empty`` the mission's time from command to launch by the baseline's, medians over the turns.
+baseline's, ``start_ratio_empty`` the mission's time from command to launch by the baseline's, medians over the turns;
+``cpu_share_of_empty`` and ``start_cpu_ratio_empty`` the same of CPU time, which other jobs disturb less.
 """
 
 from __future__ import annotations
@@ -158,6 +159,12 @@ def _shares(cpu_s: dict[str, float]) -> str:
     return f"{sum(cpu_s.values()):.2f} ({shares})"
 
 
+def _ratio(one: dict[str, float], other: dict[str, float]) -> float:
+    """CPU time of all processes by that of all others; NaN where theirs was too short to be seen."""
+    whole = sum(other.values())
+    return sum(one.values()) / whole if whole else math.nan
+
+
 def _grouped(cpu_s: dict[str, float]) -> dict[str, float]:
     """The controllers as one, the rest by name, the largest first."""
     grouped: dict[str, float] = {}
@@ -205,6 +212,13 @@ def main(argv: list[str] | None = None) -> int:
             ),
             "start_ratio_empty": statistics.median(
                 mission.launch_s / turn.start_s for mission, turn in zip(flown["lockstep"], empty, strict=True)
+            ),
+            "cpu_share_of_empty": statistics.median(
+                _ratio(turn.cpu_s, mission.cpu_s) for mission, turn in zip(flown["lockstep"], empty, strict=True)
+            ),
+            "start_cpu_ratio_empty": statistics.median(
+                _ratio(mission.start_cpu_s, turn.start_cpu_s)
+                for mission, turn in zip(flown["lockstep"], empty, strict=True)
             ),
             "latency_p99_ms": in_real_time.outcome["latency_p99_ms"],
             "deadline_misses": in_real_time.outcome["deadline_misses"],
