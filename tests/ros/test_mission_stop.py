@@ -64,6 +64,22 @@ def test_interrupt_in_flight(tmp_path, domain_id, number, status):
         assert {topic: len(messages.get(topic, [])) for topic in outcome["messages"]} == outcome["messages"]
 
 
+def test_interrupt_in_a_hold_test(tmp_path, domain_id):
+    parameters = tmp_path / "parameters.yaml"
+    parameters.write_text("/**:\n  ros__parameters:\n    capture_duration_s: 1.0\n")
+    flags = ("--pace", "lockstep", "--hold", "900", "--tow", "5", "--params", str(parameters))
+    with MissionCommand(tmp_path / "runs", domain_id, *flags) as mission:
+        mission.wait_for(r"\d s  HOLDING")
+        status, took = mission.stop(signal.SIGINT)
+        assert (status, took < STOP_S) == (130, True), mission.text
+        mission.finish()
+        outcome = mission.outcome
+        assert (outcome["captured"], outcome["held"], outcome["hold_s"]) == (False, None, 900.0)
+        assert "the hold test was not over (not captured: CQI" in outcome["verdict"], "the verdict was made before"
+        assert outcome["cqi"] > 0.0
+        assert read_bag(mission.run)["/mission/state"][-1].phase == 6, "the abort is on record"
+
+
 def test_nodes_end_and_the_bag_is_closed_when_the_command_is_killed(tmp_path, domain_id):
     with MissionCommand(tmp_path, domain_id, *REALTIME) as mission:
         mission.wait_for(FLYING)
