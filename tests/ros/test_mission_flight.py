@@ -214,3 +214,19 @@ def assert_same(over_ros, in_process):
         assert over_ros[name] == (None if value is None or math.isnan(value) else value), name
     assert tuple(over_ros["fuel_kg"]) == in_process.fuel_kg
     assert tuple(over_ros["fuel_at_trigger_kg"]) == in_process.fuel_at_trigger_kg
+
+
+def test_each_of_24_controllers_flies_to_the_point_that_the_planner_gave(tmp_path, domain_id):
+    units = [{"node": node, "thread_length_m": 1.0} for node in (*range(0, 23, 2), *range(506, 529, 2))]
+    changes = {"name": "many_24mu", "units": units, "closing": "none", "capture": None, "aiming": None}
+    system = load_system("zenit_8mu", changes)
+    assert system.unit_count == 24
+    description = tmp_path / "many.yaml"
+    description.write_text(system.to_yaml())
+    flags = ("--system", str(description), "--policy", "nominal", *LOCKSTEP, *short(tmp_path, 1.0))
+    with MissionCommand(tmp_path / "runs", domain_id, *flags) as mission:
+        assert mission.finish() == 3, mission.text
+        assert mission.outcome["warnings"] == mission.outcome["faults"] == []
+        messages = read_bag(mission.run)
+        sources = [messages[f"/mu{mu}/status"][-1].aiming_source for mu in range(1, 25)]
+        assert sources == ["nominal"] * 24, "none fell back for want of an answer"
