@@ -61,6 +61,12 @@ def test_contact():
         assert result[f"whole_ratio_{name}"] == pytest.approx(threads / knots, rel=2e-3), "of the one turn"
 
 
+def test_friction():
+    result = last_line(run("friction", "--smoke", "--system", "zenit_4mu", "--friction", "0", "0.6"), "friction")
+    assert (result["missions"], result["system"]) == (1, "zenit_4mu")
+    assert {"held_0", "held_0.6", "slip_m_0", "slip_m_0.6"} <= set(result)
+
+
 def test_the_mission_benchmark_counts_what_is_flown():
     """A capture ten times as long costs more after the trigger, and it costs CPU time, not waiting."""
     scenario = Scenario("zenit_4mu")

@@ -34,9 +34,10 @@ def test_every_case_has_a_page_in_one_order(name):
     assert f"]({name}.md)" in (ROOT / "docs" / "validation" / "README.md").read_text()
 
 
-def test_more_friction_multiplies_the_tension_by_more():
+@pytest.mark.parametrize("contact", ["knots", "threads"])
+def test_more_friction_multiplies_the_tension_by_more(contact):
     for friction in (0.1, 0.5):
-        pulled = capstan.pull(capstan.FINE_M, 48, {"friction_coefficient": friction})
+        pulled = capstan.pull(capstan.FINE_M, 48, {"friction_coefficient": friction, "contact": contact})
         assert pulled.ratio == pytest.approx(math.exp(friction * pulled.angle), rel=0.01)
     assert capstan.polygon_ratio(0.3, math.radians(176.4), 6) == pytest.approx(2.576, abs=1e-3)
     for threads in (False, True):

@@ -27,8 +27,9 @@ def divergence(elapsed_s: float) -> str:
 class World:
     """B scenarios of one system, from the folded net to the closed mouth.
 
-    Not modelled: orbital dynamics (the motion lasts a minute), attitude of the MUs, contact of knots with each other,
-    of threads between their knots with anything, and of anything with the chaser.
+    Not modelled: orbital dynamics (the motion lasts a minute), attitude of the MUs, contact of knots, threads and
+    units with each other, and of anything with the chaser; contact of threads with the debris only by choice, see
+    physics.contact.
     """
 
     def __init__(
