@@ -213,7 +213,7 @@ def test_without_simulator_docked_pairs_come_from_the_mus_odometry(bench):
 
     def odometry(tick, places):
         for mu, place in enumerate(places, 1):
-            message = Odometry()
+            message = Odometry(child_frame_id=topics.mu_frame(mu))
             message.header.frame_id = topics.FRAME
             set_stamp(message.header.stamp, tick * PERIOD + mu * 1000)
             position = message.pose.pose.position

@@ -84,6 +84,19 @@ def test_odometry_that_breaks_the_contract_is_refused_with_the_reason():
         assert words in str(error.value)
 
 
+@pytest.mark.parametrize("child", ["", "mu5", "mu33", "mu", "mü3", "x" * 1000])
+def test_odometry_of_another_unit_is_refused(child):
+    """One publisher on the topic of another: its numbers are sound, and of another unit."""
+    message = odometry(random.Random(4))
+    message.child_frame_id = child
+    data = serialize_message(message)
+    with pytest.raises(MessageError, match=rf"child frame '{child[:40]}'; allowed: 'mu3'"):
+        checks.odometry(3).read(data)
+    assert checks.odometry().read(data) == odometry_sample(data)
+    message.child_frame_id = "mu3"
+    assert checks.odometry(3).read(serialize_message(message)) == odometry_sample(data)
+
+
 @pytest.mark.parametrize("size", [0, 3, 4, 11, 16, 30, 100, 700])
 def test_bytes_cut_short_are_an_error_and_not_nonsense(size):
     data = serialize_message(odometry(random.Random(2)))

@@ -63,7 +63,7 @@ class Bench:
         self.probe.publish(topics.DEBRIS_ODOMETRY, message, STATE, "planner")
 
     def mu(self, mu, tick, position):
-        message = Odometry()
+        message = Odometry(child_frame_id=topics.mu_frame(mu))
         message.header.frame_id = topics.FRAME
         set_stamp(message.header.stamp, tick * PERIOD)
         place = message.pose.pose.position
@@ -312,7 +312,7 @@ def test_without_simulator_it_needs_all_drivers_and_their_clocks_together(bench)
     b = bench("simulated:=false", "debris_position:=[0, 0, -50]")
 
     def odometry(mu, seconds):
-        message = Odometry()
+        message = Odometry(child_frame_id=topics.mu_frame(mu))
         message.header.frame_id = topics.FRAME
         set_stamp(message.header.stamp, round(seconds * 1e9))
         message.pose.pose.orientation.w = 1.0

@@ -99,7 +99,8 @@ class ControllerNode(Node):
         self._planner = door.ask(PlanAimingPoints, topics.PLAN_AIMING_POINTS)
         door.subscribe(checks.mission_state(system), topics.MISSION_STATE, self._on_mission, STATE, self._on_drop)
         door.subscribe(checks.HEARTBEAT, topics.PLANNER_HEARTBEAT, self._on_heartbeat, CONTROL, self._on_drop)
-        door.subscribe(checks.ODOMETRY, topics.mu_odometry(self._mu), self._on_odometry, CONTROL, self._on_drop)
+        odometry = checks.odometry(self._mu)
+        door.subscribe(odometry, topics.mu_odometry(self._mu), self._on_odometry, CONTROL, self._on_drop)
         self.create_timer(self._period_s, self._on_wall_period, clock=Clock(clock_type=ClockType.STEADY_TIME))
         self._publish_status()
 

@@ -66,14 +66,14 @@ class AssessorNode(Node):
         self._door = door = Door(self)
         self._publisher = door.publish(CaptureAssessment, topics.CAPTURE_ASSESSMENT, STATE)
         door.subscribe(checks.mission_state(system), topics.MISSION_STATE, self._on_mission, STATE)
-        door.subscribe(checks.ODOMETRY, topics.DEBRIS_ODOMETRY, self._on_debris, STATE_BACKLOG)
+        door.subscribe(checks.odometry(), topics.DEBRIS_ODOMETRY, self._on_debris, STATE_BACKLOG)
         if parameters.simulated:
             door.subscribe(checks.net_state(system), topics.NET_STATE, self._on_net, BULK)
         else:
             self._swarm = SwarmCentroid(self._mu_count, control, door.drop)
             self._pairs = DockedPairs(system)
             for mu in range(1, self._mu_count + 1):
-                door.subscribe(checks.ODOMETRY, topics.mu_odometry(mu), functools.partial(self._on_mu, mu), CONTROL)
+                door.subscribe(checks.odometry(mu), topics.mu_odometry(mu), functools.partial(self._on_mu, mu), CONTROL)
         wall = Clock(clock_type=ClockType.STEADY_TIME)
         self.create_timer(_POLL_S, lambda: self._publish(self._assessor.overdue()), clock=wall)
 

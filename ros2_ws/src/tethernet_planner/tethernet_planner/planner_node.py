@@ -97,7 +97,7 @@ class PlannerNode(Node):
         door.serve(PlanAimingPoints, topics.PLAN_AIMING_POINTS, checks.plan_request, self._on_plan)
         door.serve(Trigger, topics.START, checks.trigger_request, self._on_start)
         door.serve(Trigger, topics.ABORT, checks.trigger_request, self._on_abort)
-        door.subscribe(checks.ODOMETRY, topics.DEBRIS_ODOMETRY, self._on_debris, STATE_BACKLOG)
+        door.subscribe(checks.odometry(), topics.DEBRIS_ODOMETRY, self._on_debris, STATE_BACKLOG)
         for mu in range(1, mu_count + 1):
             door.subscribe(checks.mu_status(mu), topics.mu_status(mu), self._on_status, STATE)
         self._pairs = DockedPairs(system)
@@ -106,7 +106,7 @@ class PlannerNode(Node):
             door.subscribe(checks.net_state(system), topics.NET_STATE, self._on_net, BULK)
         if not self._settings.simulated or system.closing.kind == "docking":
             for mu in range(1, mu_count + 1):
-                door.subscribe(checks.ODOMETRY, topics.mu_odometry(mu), functools.partial(self._on_mu, mu), CONTROL)
+                door.subscribe(checks.odometry(mu), topics.mu_odometry(mu), functools.partial(self._on_mu, mu), CONTROL)
         wall = Clock(clock_type=ClockType.STEADY_TIME)
         self.create_timer(_POLL_S, self._on_poll, clock=wall)
         self.create_timer(self._settings.diagnostics_period_s, self._on_diagnostics, clock=wall)

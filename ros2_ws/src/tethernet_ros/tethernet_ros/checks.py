@@ -9,6 +9,7 @@ follow on which is up to who receives them. What others have written for people 
 
 from __future__ import annotations
 
+import functools
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -41,6 +42,7 @@ from tethernet_ros.serialized import (
     odometry_sample,
     thrust_command,
 )
+from tethernet_ros.topics import mu_frame
 from tethernet_ros.well_formed import Message, MessageError, check_stamp, check_well_formed
 
 
@@ -136,14 +138,16 @@ class PlanAnswer(NamedTuple):
     """[m], one for each unit; empty without success."""
 
 
-ODOMETRY: Check[OdometrySample] = Check(Odometry, odometry_sample, _SMALL)
-"""nav_msgs/Odometry of a unit, the debris or the chaser."""
-
 THRUST: Check[ThrustCommand] = Check(WrenchStamped, thrust_command, _SMALL)
 """geometry_msgs/WrenchStamped of a controller."""
 
 HEARTBEAT: Check[int] = Check(Header, header_stamp, _SMALL)
 """std_msgs/Header of the planner: the stamp [ns]."""
+
+
+def odometry(mu: int | None = None) -> Check[OdometrySample]:
+    """nav_msgs/Odometry of unit ``mu``, and of no other; None: of the debris or the chaser."""
+    return Check(Odometry, functools.partial(odometry_sample, child=None if mu is None else mu_frame(mu)), _SMALL)
 
 
 def mission_state(system: System | None = None) -> Check[MissionNews]:
@@ -223,10 +227,8 @@ def mu_status(mu: int) -> Check[MuStatus]:
         message = _sound(data, MuStatus, "aiming_source")
         one_of("mu", message.mu, (mu,))
         one_of("mode", message.mode, _MODES)
-        not_negative(
-            message, "tracking_error", "max_tracking_error", "fuel", "fuel_at_trigger", "position_sigma",
-            "velocity_sigma",
-        )  # fmt: skip
+        not_negative(message, "tracking_error", "max_tracking_error", "fuel", "fuel_at_trigger")
+        not_negative(message, "position_sigma", "velocity_sigma")
         for point in (message.aiming_point, message.desired_position):
             check_bounds(coordinates(point), FARTHEST_M, "a point", "m")
         return message

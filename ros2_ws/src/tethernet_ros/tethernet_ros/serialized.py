@@ -77,17 +77,22 @@ def decoded(data: bytes, kind: type[Kind]) -> Kind:
     return message
 
 
-def odometry_sample(data: bytes) -> OdometrySample:
+def odometry_sample(data: bytes, child: str | None = None) -> OdometrySample:
     """What a serialized nav_msgs/Odometry says.
 
+    Args:
+        data: the message.
+        child: the frame of the body that it must be of; None for any.
+
     Raises:
-        MessageError: for another frame, a stamp that is no time, numbers that are not finite or beyond all measure, a
-            quaternion that is no attitude, or bytes that are no odometry.
+        MessageError: for another frame or body, a stamp that is no time, numbers that are not finite or beyond all
+            measure, a quaternion that is no attitude, or bytes that are no odometry.
     """
     data = _native(data, Odometry)
     try:
         stamp_ns, offset = _head(data, Odometry)
-        offset = _aligned(offset + _LENGTH.size + _LENGTH.unpack_from(data, offset)[0], 8)  # behind child_frame_id
+        begin, length = offset + _LENGTH.size, _LENGTH.unpack_from(data, offset)[0]
+        offset = _aligned(begin + length, 8)
         x, y, z, qx, qy, qz, qw = _POSE.unpack_from(data, offset)
         vx, vy, vz, wx, wy, wz = _TWIST.unpack_from(data, offset + _TWIST_OFFSET)
         complete = len(data) >= offset + _ODOMETRY_NUMBERS
@@ -95,6 +100,9 @@ def odometry_sample(data: bytes) -> OdometrySample:
         complete = False
     if not complete:
         raise _cut_short(data, Odometry)
+    if child is not None and data[begin : begin + length - 1] != child.encode():
+        other = data[begin : begin + length - 1].decode(errors="replace")
+        raise MessageError(f"Odometry of child frame {other[:40]!r}; allowed: {child!r}")
     position, linear, angular, attitude = (x, y, z), (vx, vy, vz), (wx, wy, wz), (qx, qy, qz, qw)
     check_bounds(position, FARTHEST_M, "position", "m")
     check_bounds(linear, FASTEST_M_S, "velocity", "m/s")

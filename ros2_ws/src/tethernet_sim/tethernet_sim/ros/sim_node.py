@@ -158,7 +158,7 @@ class SimNode(Node):
             subscribe(checks.THRUST, topics.mu_thrust(mu), take, qos.CONTROL)
         for mu in self.external:
             follow = functools.partial(self._on_external, mu)
-            subscribe(checks.ODOMETRY, topics.mu_odometry(mu), follow, qos.CONTROL)
+            subscribe(checks.odometry(mu), topics.mu_odometry(mu), follow, qos.CONTROL)
 
     def _on_mission(self, news: MissionNews) -> None:
         mission = news.mission
