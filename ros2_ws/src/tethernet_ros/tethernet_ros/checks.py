@@ -59,8 +59,7 @@ SOURCES = ("net_state", "mu_odometry")
 """What an assessment may be made from."""
 
 _SMALL, _MIDDLE, _LARGE = 16_384, 65_536, 4_194_304
-"""Most bytes of a message: of one with a header and numbers, with texts, with a whole net. Longer ones are not even
-looked into."""
+"""Most bytes of a message with a header and numbers, with texts, with a whole net: longer ones are not read."""
 
 _MODES, _PHASES = range(max(Mode) + 1), range(max(Phase) + 1)
 _LONGEST_S = 1e6
