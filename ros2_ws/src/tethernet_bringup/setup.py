@@ -23,6 +23,7 @@ setup(
         "numpy",
         "pyyaml",
         "rosbags",
+        "setproctitle",
         "zstandard",
         "tethernet_learning",
         "tethernet_sim",
