@@ -54,7 +54,7 @@ class Row:
 
 DAMPING, SPRINGS, MODULUS = "net.thread.damping_ratio", "net.springs_per_thread", "net.thread.modulus_pa"
 TETHER, WINCH = "tether.stiffness_n_m", "closing.winch.stiffness_n_m"
-THREADS = {"contact": "threads", "contact_stiffness_n_m": 10000.0, "contact_damping_ratio": 0.14}
+THREADS = {"contact": "threads"}
 ROWS: Mapping[str, Row] = {
     "as described": Row(),
     "time step / 2": Row(step=0.5),
