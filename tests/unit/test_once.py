@@ -64,7 +64,7 @@ PLACES: dict[Callable[[ast.Module, str], Iterator[int]], dict[str, str]] = {
     },
     thresholds: {
         f"{CORE}/capture_quality.py": "the rule",
-        "ros2_ws/src/tethernet_bringup/tethernet_bringup/mission/outcome.py": "DOCKED, where no net is measured",
+        "ros2_ws/src/tethernet_bringup/tethernet_bringup/mission/outcome_text.py": "DOCKED, where no net is measured",
     },
     fallbacks: {f"{CORE}/aiming.py": "the name"},
     rotations: {
