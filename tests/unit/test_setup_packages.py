@@ -113,7 +113,7 @@ ROSDEP = {
     "yaml": "python3-yaml",
 }
 """Keys that rosdep has, by the name of the import."""
-PIP_ONLY = {"lz4", "mcap", "pyarrow", "safetensors", "setproctitle", "zstandard"}
+PIP_ONLY = {"lz4", "mcap", "pyarrow", "safetensors", "zstandard"}
 """For these rosdep has none; package.xml says so in words."""
 EXTRAS = {
     "learning": {"cma", "gymnasium", "sklearn", "stable_baselines3", "torch"},

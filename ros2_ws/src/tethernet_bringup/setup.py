@@ -23,7 +23,6 @@ setup(
         "numpy",
         "pyyaml",
         "rosbags",
-        "setproctitle",
         "zstandard",
         "tethernet_learning",
         "tethernet_sim",

@@ -25,9 +25,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import NoReturn
 
-import setproctitle
-
-from tethernet_bringup.mission import sweeper
+from tethernet_bringup.mission import process_title, sweeper
 from tethernet_core.quiet_start import SEARCH_PATHS, quiet_start, unblock_signals
 from tethernet_ros.start_gate import close_gate
 
@@ -87,7 +85,6 @@ def fork(name: str, module: str, arguments: Sequence[str], surroundings: Surroun
     for stream in (sys.stdout, sys.stderr):
         if stream is not None:
             stream.flush()  # else the child would print it too
-    setproctitle.getproctitle()  # finds its place in the memory, which it no longer could with the child's environment
     gc.freeze()  # what is there stays where it is: a collection would copy every page that the child shares
     # Signals wait until the child has somebody to take them.
     before = signal.pthread_sigmask(signal.SIG_BLOCK, HELD_BACK)
@@ -105,7 +102,7 @@ def _live(name: str, module: str, arguments: Sequence[str], surroundings: Surrou
     code = _FAULT
     try:
         _settle(surroundings)
-        _show_title([sys.executable, "-P", "-m", module, *arguments], name)
+        process_title.show([sys.executable, "-P", "-m", module, *arguments], name)
         watch = threading.Thread(target=_end_with_supervisor, args=(time.time(),), name="supervisor-watch", daemon=True)
         watch.start()
         sys.argv = [module, *arguments]
@@ -148,12 +145,6 @@ def _settle(surroundings: Surroundings) -> None:
     close_gate(_STREAMS)
     quiet_start()
     unblock_signals()
-
-
-def _show_title(words: Sequence[str], name: str) -> None:
-    """Let ``ps`` show a command line of its own and a short name, not what the parent was started with."""
-    setproctitle.setproctitle(" ".join(words))
-    setproctitle.setthreadtitle(name)
 
 
 def _exit_code(end: SystemExit) -> int:
