@@ -73,9 +73,9 @@ def drawn(base: Flight, seed: int) -> tuple[Flight, dict[str, float]]:
     of_system, of_physics = random.random(len(OF_SYSTEM)), random.random(len(OF_PHYSICS))
     system, physics = base.system, base.settings.physics
     entries = {
-        number.name: number.value(share, float(_described(system.content, number.name)))
+        number.name: number.value(share, float(described_entry(system.content, number.name)))
         for number, share in zip(OF_SYSTEM, of_system.tolist(), strict=True)
-        if _described(system.content, number.name) is not None
+        if described_entry(system.content, number.name) is not None
     }
     parameters = {
         number.name: number.value(share, float(getattr(physics, number.name)))
@@ -107,7 +107,7 @@ def groups(scenarios: Sequence[Scenario]) -> list[tuple[list[int], int]]:
     return [(numbers, scenarios[numbers[0]].seed) for numbers in members.values()]
 
 
-def _described(content: Any, name: str) -> Any:
+def described_entry(content: Any, name: str) -> Any:
     """What a description says under a dotted name; None where it has no such entry."""
     for key in name.split("."):
         content = content.get(key) if hasattr(content, "get") else None

@@ -19,6 +19,7 @@ from tethernet_core.subcommand import Parser, Subcommand, whole_number
 from tethernet_core.system import System
 from tethernet_core.system.changing import changed
 from tethernet_core.system.option import add_system, chosen_system
+from tethernet_learning.assumed_numbers import described_entry
 from tethernet_learning.campaigns.comparison import compare
 from tethernet_learning.campaigns.statistics import Estimate, Summary, summarise
 from tethernet_learning.campaigns.sweep import mean_pairs, outcomes
@@ -108,12 +109,12 @@ def _entries(row: Row, base: System) -> dict[str, Any] | None:
     """What a row replaces in the description; None where that changes nothing."""
     entries = dict(row.system)
     for name, factor in row.scaled.items():
-        given = base.net.material.modulus_pa if name == MODULUS else _given(base.content, name)
+        given = base.net.material.modulus_pa if name == MODULUS else described_entry(base.content, name)
         if not given:
             return None
         entries[name] = factor * given
     if row.mesh_m is not None:
-        square = _given(base.content, "net.square")
+        square = described_entry(base.content, "net.square")
         if not square or row.mesh_m == square["mesh_m"]:
             return None
         entries |= _other_mesh(base, square, row.mesh_m)
@@ -130,17 +131,10 @@ def _other_mesh(base: System, square: Mapping[str, Any], mesh_m: float) -> dict[
     entries: dict[str, Any] = {"net.square.mesh_m": mesh_m}
     for side in ("rows", "columns"):
         entries[f"net.square.{side}"] = round(factor * (square[side] - 1)) + 1
-    ring = _given(base.content, "closing.winch.ring")
+    ring = described_entry(base.content, "closing.winch.ring")
     if ring:
         entries["closing.winch.ring"] = [{key: moved(place) for key, place in node.items()} for node in ring]
     return entries
-
-
-def _given(content: Any, name: str) -> Any:
-    """What a description says under a dotted name; None where it has no such entry."""
-    for key in name.split("."):
-        content = content.get(key) if hasattr(content, "get") else None
-    return content
 
 
 def table(

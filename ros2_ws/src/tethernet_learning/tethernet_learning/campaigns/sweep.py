@@ -90,19 +90,12 @@ def winch_systems(system: System) -> dict[str, System]:
 
 
 def fly(
-    variants: dict[str, tuple[System, Settings]],
-    count: int,
-    seed: int,
-    folder: Path,
-    *,
-    first: int = 1,
-    total: int | None = None,
-    chunk: int = CHUNK,
+    variants: dict[str, tuple[System, Settings]], count: int, seed: int, folder: Path
 ) -> dict[str, Summary] | None:
-    """Fly every variant with the nominal aiming points; see :func:`outcomes`. Statistics by name, or None when
-    interrupted.
+    """Statistics of every variant with the nominal aiming points, by name, or None when interrupted; see
+    :func:`outcomes`.
     """
-    flown = outcomes(variants, count, seed, folder, first=first, total=total, chunk=chunk)
+    flown = outcomes(variants, count, seed, folder)
     return None if flown is None else {name: summarise(of_variant) for name, of_variant in flown.items()}
 
 
