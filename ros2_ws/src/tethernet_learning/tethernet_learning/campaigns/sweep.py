@@ -89,9 +89,7 @@ def winch_systems(system: System) -> dict[str, System]:
     return {**winches, **threads}
 
 
-def fly(
-    variants: dict[str, tuple[System, Settings]], count: int, seed: int, folder: Path
-) -> dict[str, Summary] | None:
+def fly(variants: dict[str, tuple[System, Settings]], count: int, seed: int, folder: Path) -> dict[str, Summary] | None:
     """Statistics of every variant with the nominal aiming points, by name, or None when interrupted; see
     :func:`outcomes`.
     """
