@@ -36,7 +36,9 @@ class Kind:
     prepare: Callable[[Run, random.Random], None] | None = None
     """Changes how the command is started."""
     moments: tuple[str, ...] = ("flight",)
-    """When: "start" (processes start), "flight" (after launch), "late" (seconds after launch)."""
+    """When: "start" (processes start), "flight" (after launch), "late" (seconds after launch). In a mission with a hold
+    test most of those in flight wait for that test.
+    """
     allowed: frozenset[int] = FLOWN
     """Exit statuses."""
     within_s: float = 30.0
@@ -49,7 +51,14 @@ class Kind:
     """Whether no shared memory may be left: not where making it fails half way."""
     deaths: bool = False
     """Whether a node may die: where it is killed."""
+    reason: str = ""
+    """What the verdict of a mission that failed must say, a regular expression; ``{target}`` stands for whom it hit."""
     paces: tuple[str, ...] = ("lockstep",) * 7 + ("realtime",)
+
+    @property
+    def in_flight(self) -> bool:
+        """Whether it may be injected after launch."""
+        return self.inject is not None and self.moments != ("start",)
 
 
 def _kill(number: signal.Signals, names: tuple[str, ...] = ()) -> Callable[[Run, random.Random], None]:
@@ -196,10 +205,18 @@ def _random_parameters(run: Run, generator: random.Random) -> None:
         "fold_factor": (0.02, 0.1),
         "launch_delay_s": (0.0, 2.0),
     }
-    lines = [f"    {name}: {generator.choice(choices[name])!r}" for name in generator.sample(sorted(choices), 2)]
-    path = run.output / "random.yaml"
-    path.write_text("/**:\n  ros__parameters:\n" + "\n".join(lines) + "\n")
-    run.words += ["--params", str(path)]
+    drawn = generator.sample(sorted(choices), 2)
+    run.set_parameters("/**", **{name: generator.choice(choices[name]) for name in drawn})
+
+
+def _planner_loses_patience(run: Run, _generator: random.Random) -> None:
+    """The planner misses what is measured before the command finds that the simulator hangs."""
+    run.set_parameters("planner", silence_timeout_s=2.0)
+
+
+def _only_news_count(run: Run, _generator: random.Random) -> None:
+    """Nobody asks the nodes for a sign of life; a mission of which nothing is heard must end all the same."""
+    run.set_parameters("run_mission", silence_timeout_s=3.0, hang_timeout_s=600.0)
 
 
 def _second_mission(run: Run, generator: random.Random) -> None:
@@ -239,9 +256,12 @@ def _nothing(_run: Run, _generator: random.Random) -> None:
 CATALOGUE = (
     Kind("none", _nothing, allowed=frozenset({CAPTURED})),
     # Processes that die, hang or halt
-    Kind("essential node killed", _kill(signal.SIGKILL, ESSENTIAL), moments=BEFORE_END, allowed=FAILED, deaths=True),
-    Kind("essential node crashes", _kill(signal.SIGSEGV, ESSENTIAL), allowed=FAILED, deaths=True),
-    Kind("essential node hangs", _kill(signal.SIGSTOP, ESSENTIAL), moments=BEFORE_END, allowed=FAILED, deaths=True),
+    Kind("essential node killed", _kill(signal.SIGKILL, ESSENTIAL), moments=BEFORE_END, allowed=FAILED, deaths=True,
+         reason=r"^{target} died \(killed by SIGKILL\)"),
+    Kind("essential node crashes", _kill(signal.SIGSEGV, ESSENTIAL), allowed=FAILED, deaths=True,
+         reason=r"^{target} died \(killed by SIGSEGV\)"),
+    Kind("essential node hangs", _kill(signal.SIGSTOP, ESSENTIAL), moments=BEFORE_END, allowed=FAILED, deaths=True,
+         reason=r"\b{target} (hangs|does not|lacks)"),
     Kind("controller killed", _controller(signal.SIGKILL), allowed=ANY_END, deaths=True),
     Kind("controller killed early", _controller(signal.SIGKILL), moments=("start",), allowed=ANY_END, deaths=True),
     Kind("controller hangs", _controller(signal.SIGSTOP), moments=BEFORE_END, allowed=ANY_END, deaths=True),
@@ -280,5 +300,12 @@ CATALOGUE = (
     Kind("driver", prepare=_driver),
     Kind("driver killed", _end_driver(signal.SIGKILL), _driver, allowed=ANY_END),
     Kind("driver halts", _driver_halts, _driver, moments=BEFORE_END, allowed=ANY_END),
-)
+    # Ends that come from within
+    Kind("abort asked for", _rogue("abort"), allowed=ANY_END,
+         reason=r"^the mission was aborted: asked for on /planner/abort"),
+    Kind("nothing measured", _kill(signal.SIGSTOP, ("sim",)), _planner_loses_patience, allowed=FAILED, deaths=True,
+         reason=r"^the mission was aborted: nothing was measured for 2 s"),
+    Kind("nothing heard", _kill(signal.SIGSTOP, ("sim", "planner")), _only_news_count, allowed=FAILED, deaths=True,
+         reason=r"^nothing new has been heard of the mission for 3 s"),
+)  # fmt: skip
 """In no order; a campaign goes through all of them again and again."""

@@ -28,6 +28,7 @@ from .kinds import CATALOGUE, MISSION_COMMAND, Kind
 SEGMENT = re.compile(r"fastrtps_(?!port7[0-3]\d\d)")
 """Shared memory of Fast DDS, but for the ports that belong to no domain: whoever comes next takes them over."""
 LAUNCHED = "launch: the "
+HOLDING = re.compile(r"\d s  hold test: ")
 NODE = re.compile(r"__node:=(\w+)")
 FLIGHT_S = {"lockstep": 40.0, "realtime": 75.0}
 """What a mission without a fault may take on a busy machine, from start to end [s] of wall time."""
@@ -35,6 +36,16 @@ LEFTOVER_S = 10.0
 """After the command has ended, or was killed, its nodes have ended within this time [s]."""
 LATE_S = {"lockstep": (2.0, 5.0), "realtime": (15.0, 40.0)}
 EARLY_S = {"lockstep": (0.0, 3.0), "realtime": (0.0, 20.0)}
+HOLDS = 0.25
+"""Share of missions that are tested for holding."""
+FAULTS_IN_HOLD = 0.8
+"""Share of those whose fault comes in that test, where it may."""
+HOLD_S = {"lockstep": (40.0, 120.0), "realtime": (5.0, 10.0)}
+TOW_N = (0.0, 20.0, 20.0, 200.0)
+SLOWEST_LOCKSTEP = 3.0
+"""Seconds of a mission in one of wall time, at least, on a busy machine."""
+HOLD_FRACTION = {"lockstep": 0.05, "realtime": 0.7}
+"""The fault comes within this fraction of the test [s of wall time in s of the mission]."""
 
 
 class Run:
@@ -48,6 +59,8 @@ class Run:
         self.moment = self.generator.choice(self.kind.moments)
         self.output = output
         self.words = ["--mus", str(self.mus), "--pace", self.pace, "--seed", str(seed)]
+        self.hold_s = self.tow_n = 0.0
+        self._draw_hold(random.Random(f"hold {seed}"))
         self.environment = dict(os.environ)
         self.before: list[str] = []
         """Commands of the shell that starts the command under test."""
@@ -58,7 +71,25 @@ class Run:
         self.lines: list[str] = []
         self.broken: list[str] = []
         self.command: subprocess.Popen | None = None
-        self._launched = threading.Event()
+        self._launched, self._holding = threading.Event(), threading.Event()
+
+    def _draw_hold(self, generator: random.Random) -> None:
+        """Some missions are tested for holding."""
+        if generator.random() >= HOLDS:
+            return
+        self.hold_s, self.tow_n = round(generator.uniform(*HOLD_S[self.pace]), 1), generator.choice(TOW_N)
+        self.words += ["--hold", str(self.hold_s)]
+        if self.tow_n:
+            self.words += ["--tow", str(self.tow_n)]
+        if self.kind.in_flight and generator.random() < FAULTS_IN_HOLD:
+            self.moment = "hold"
+
+    def set_parameters(self, node: str, **values: float) -> None:
+        """Let the command fly with these parameters."""
+        path = self.output / "parameters.yaml"
+        lines = [f"    {name}: {value!r}" for name, value in values.items()]
+        path.write_text(f"{node}:\n  ros__parameters:\n" + "\n".join(lines) + "\n")
+        self.words += ["--params", str(path)]
 
     def nodes(self) -> dict[str, int]:
         """Process ids of the mission's nodes that live, by name."""
@@ -101,7 +132,8 @@ class Run:
             faulted = time.monotonic()
             self.injected = True
             self.kind.inject(self, self.generator)
-        limit_s = FLIGHT_S[self.pace] + self.kind.within_s
+        hold_s = self.hold_s / SLOWEST_LOCKSTEP if self.pace == "lockstep" else self.hold_s
+        limit_s = FLIGHT_S[self.pace] + hold_s + self.kind.within_s
         try:
             status = self.command.wait(max(0.0, began + limit_s - time.monotonic()))
         except subprocess.TimeoutExpired:
@@ -117,6 +149,7 @@ class Run:
         self._check(status)
         return {
             "kind": self.kind.name, "mus": self.mus, "pace": self.pace, "moment": self.moment, "target": self.target,
+            "hold_s": self.hold_s, "tow_n": self.tow_n,
             "injected": self.injected, "status": status, "seconds": round(ended - began, 1),
             "after_fault_s": round(ended - faulted, 1), "broken": self.broken, "tail": self.lines[-12:],
         }  # fmt: skip
@@ -144,16 +177,21 @@ class Run:
             self.lines.append(line.rstrip("\n"))
             if LAUNCHED in line:
                 self._launched.set()
+            if HOLDING.search(line):
+                self._holding.set()
 
     def _await_moment(self) -> bool:
         """Wait for the moment of the fault; false when the command has ended before."""
         if self.moment == "start":
             self.wait(self.generator.uniform(0.0, 6.0))
         else:
-            while not self._launched.wait(0.05):
+            begun = self._holding if self.moment == "hold" else self._launched
+            while not begun.wait(0.05):
                 if self.command.poll() is not None:
                     return False
             low, high = (LATE_S if self.moment == "late" else EARLY_S)[self.pace]
+            if self.moment == "hold":
+                low, high = 0.0, HOLD_FRACTION[self.pace] * self.hold_s
             self.wait(self.generator.uniform(low, high))
         return self.command.poll() is None
 
@@ -225,6 +263,25 @@ class Run:
             self.broken.append(f"exit status {status}, but outcome.json: captured {captured}, {faults}")
         if status == 1 and not faults:
             self.broken.append("exit status 1 without a fault in outcome.json")
+        reason = self.kind.reason.format(target=self.target)
+        if status == 1 and self.injected and not re.search(reason, outcome["verdict"]):
+            self.broken.append(f"the reason given is {outcome['verdict']!r}; expected: {reason}")
+        self._check_hold(outcome, status)
+
+    def _check_hold(self, outcome: dict, status: int) -> None:
+        """What is said of the hold test is true, or that it is not known."""
+        known, judged = outcome["hold_verdict"] is not None, outcome["capture_verdict"] is not None
+        if status in (0, 3) and self.hold_s and not known:
+            self.broken.append("nothing is said of the hold test")
+        if known and not (self.hold_s and judged):
+            self.broken.append(f"a verdict on the hold without one on the capture: {outcome['hold_verdict']}")
+        if not known and outcome["held"] is not None:
+            self.broken.append(f"held is {outcome['held']}, but no verdict says so")
+        if self._holding.is_set() and status in (1, 130, 143) and not known:
+            if not judged or outcome["cqi"] is None or outcome["end_time_s"] is None:
+                self.broken.append("outcome.json does not keep the verdict that was made before the hold test")
+            if "the hold test was not over" not in outcome["verdict"]:
+                self.broken.append(f"the verdict does not say that the hold test was cut short: {outcome['verdict']}")
 
     def _check_bag(self, folder: Path) -> None:
         from tethernet_bringup.analysis import command_line as cli

@@ -1,6 +1,6 @@
 """A foreign process in a mission's DDS domain: publishes hostile messages on the mission's topics, calls its services.
 
-python -m tests.faults.rogue --seed 3 --seconds 5 --mus 8 [--kind topics|types|services|flood|second-controller]
+python -m tests.faults.rogue --seed 3 --seconds 5 --mus 8 [--kind topics|types|services|flood|abort]
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from tethernet_ros import qos, topics
 
 from . import hostile
 
-KINDS = ("topics", "types", "services", "flood")
+KINDS = ("topics", "types", "services", "flood", "abort")
 
 
 def mission_topics(mus: int) -> list[tuple[str, type, object]]:
@@ -109,6 +109,14 @@ class Rogue:
                 plan.call_async(hostile.fill(PlanAimingPoints.Request(), self._generator))
             if start.service_is_ready() and self._generator.random() < 0.1:
                 start.call_async(Trigger.Request())
+
+    def abort(self) -> None:
+        """Ask for an abort, as anybody on this machine may."""
+        asker = self._node.create_client(Trigger, topics.ABORT)
+        answer = None
+        while self._spin(0.02) and (answer is None or not answer.done()):
+            if answer is None and asker.service_is_ready():
+                answer = asker.call_async(Trigger.Request())
 
 
 def main() -> None:

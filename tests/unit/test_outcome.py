@@ -112,11 +112,11 @@ def test_a_flown_mission_is_told_in_full():
     assert (content["seed"], content["mus"], content["policy"], content["commit"]) == (1, 4, "nominal", "abc")
 
 
-def held_test(record, held=True, share=0.4, interrupted=""):
+def held_test(record, held=True, share=0.4, interrupted="", fault=""):
     """The same flight with a hold test of 60 s, towed with 20 N, at the end of which the load is ``share``."""
     record.take_state(state(Phase.HOLDING, 0.0, 25.0, 40.0, sequence=8, hold_s=60.0, tow=20.0))
-    if interrupted:
-        record.interrupted_by = interrupted
+    if interrupted or fault:
+        record.interrupted_by, record.faults = interrupted, [fault] if fault else []
         return record
     record.take_state(state(Phase.COMPLETE, 0.0, 25.0, 40.0, sequence=9, hold_s=60.0, tow=20.0))
     hold = assessment(100.05, captured=False, cqi=0.5)
@@ -168,6 +168,28 @@ def test_a_mission_ended_by_hand_in_its_hold_test_has_not_done_what_was_asked():
     content = outcome.build(record)
     assert (content["captured"], content["held"]) == (False, None)
     assert content["verdict"] == "ended by SIGINT 40.0 s after launch: the hold test was not over (the debris is held)"
+
+
+@pytest.mark.parametrize("aborted", [False, True])
+def test_a_fault_in_the_hold_test_leaves_the_verdict_that_was_made_before_it(aborted):
+    record = held_test(flown(), fault="planner died")
+    if aborted:  # as the planner does where it is told to, or hears nothing any more
+        record.take_state(state(Phase.ABORTED, 0.0, 25.0, 40.0, sequence=9, hold_s=60.0, tow=20.0))
+    content = outcome.build(record)
+    assert (content["captured"], content["exit_status"]) == (False, 1)
+    assert content["verdict"] == "planner died; the hold test was not over (the debris is held)"
+    assert content["capture_verdict"] == "the debris is held"
+    assert (content["held"], content["hold_verdict"], content["hold_end_time_s"]) == (None, None, None)
+    assert (content["cqi"], content["end_time_s"]) == (1.5, 40.0), "of the verdict"
+
+
+def test_a_fault_that_is_found_after_the_hold_test_says_nothing_of_it():
+    record = held_test(flown())
+    record.faults.append("the bag is gone")
+    content = outcome.build(record)
+    assert (content["verdict"], content["capture_verdict"]) == ("the bag is gone", "the debris is held")
+    assert (content["held"], content["hold_verdict"]) == (True, "as it is")
+    assert outcome.build(FlightRecord(load_system("zenit_4mu"), 1, "nominal"))["capture_verdict"] is None
 
 
 def test_what_could_not_be_measured_is_null_and_not_nan(tmp_path):

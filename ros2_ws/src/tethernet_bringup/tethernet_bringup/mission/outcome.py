@@ -117,8 +117,8 @@ class FlightRecord:
 
     @property
     def hold_cut_short(self) -> bool:
-        """Whether the mission was ended by hand before the hold test was over that was asked for."""
-        return bool(self.interrupted_by) and self.hold_s > 0.0 and self.hold is None
+        """Whether the mission ended, by hand or by a fault, before the hold test was over that was asked for."""
+        return bool(self.interrupted_by or self.faults) and self.hold_s > 0.0 and self.hold is None
 
     def forget_what_was_heard(self) -> None:
         """Go back to what this command knows of itself, where what it has heard cannot be made sense of."""
@@ -191,7 +191,7 @@ def build(record: FlightRecord) -> dict[str, Any]:
     late = sum(record.sim.late_commands) if record.sim is not None else 0
     own = [record.statuses[mu] for mu in _mus(record) if mu in record.statuses]
     gaps = sum(status.deadline_misses for status in own)
-    judged = record.phase in (Phase.HOLDING, Phase.COMPLETE, Phase.MISSED)
+    judged = final is not None or record.phase in (Phase.HOLDING, Phase.COMPLETE, Phase.MISSED)
     trigger_time = _time(record, "closing_time") if closing else None
     end_time = _time(record, "end_time") if judged else None
     tested = record.state is not None and nanoseconds(record.state.hold_end_time) > 0
@@ -200,6 +200,7 @@ def build(record: FlightRecord) -> dict[str, Any]:
         "captured": status == ExitStatus.CAPTURED,
         "exit_status": int(status),
         "verdict": verdict(record),
+        "capture_verdict": final.verdict if final is not None else None,
         "cqi": _number(final, "cqi"),
         "cqi_all": _number(final, "cqi_all"),
         "mcqi": _number(final, "mcqi"),
@@ -277,15 +278,19 @@ def _prediction(record: FlightRecord) -> dict[str, Any] | None:
 
 
 def verdict(record: FlightRecord) -> str:
-    """One sentence: what became of the mission."""
+    """One sentence: what became of the mission. A verdict that was made before the hold test was cut short stays in
+    it.
+    """
+    cut_short = ""
+    if record.final is not None and record.hold_cut_short:
+        cut_short = f"the hold test was not over ({record.final.verdict})"
     if record.faults:
-        return record.faults[0]
-    if record.final is not None and not record.hold_cut_short:
+        return "; ".join(filter(None, (record.faults[0], cut_short)))
+    if record.final is not None and not cut_short:
         return record.final.verdict
     if record.interrupted_by:
         when = f"{record.time_s:.1f} s after launch" if record.time_s is not None else "before launch"
-        known = "no verdict" if record.final is None else f"the hold test was not over ({record.final.verdict})"
-        return f"ended by {record.interrupted_by} {when}: {known}"
+        return f"ended by {record.interrupted_by} {when}: {cut_short or 'no verdict'}"
     if record.phase == Phase.ABORTED:
         return f"aborted: {record.why_aborted}"
     return "no verdict"
