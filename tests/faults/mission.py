@@ -277,6 +277,10 @@ class Run:
             self.broken.append(f"a verdict on the hold without one on the capture: {outcome['hold_verdict']}")
         if not known and outcome["held"] is not None:
             self.broken.append(f"held is {outcome['held']}, but no verdict says so")
+        if self.moment == "hold" and self.injected:
+            untrue = [text for text in outcome["warnings"] if "its thrust held" in text or "close the net" in text]
+            if untrue:
+                self.broken.append(f"said of a hold test, in which all units are off: {untrue[0]}")
         if self._holding.is_set() and status in (1, 130, 143) and not known:
             if not judged or outcome["cqi"] is None or outcome["end_time_s"] is None:
                 self.broken.append("outcome.json does not keep the verdict that was made before the hold test")

@@ -370,9 +370,12 @@ class Flight:
         held_s = self._plan.control.held_ns * NANOSECOND_S
         for mu, silent in drivers.changes(self._record.common_ns or 0):
             if silent:
+                goes_on = "the others fly on and close the net without it"
+                if self._record.phase == Phase.HOLDING:
+                    goes_on = "the hold test goes on, in which all units are off"
                 self._warn(
                     f"the driver of MU {mu} has fallen silent: no odometry for more than {held_s:g} s, zero thrust; "
-                    "the others fly on and close the net without it"
+                    f"{goes_on}"
                 )
             else:
                 self._display.note(f"the driver of MU {mu} is heard again")
@@ -383,7 +386,14 @@ class Flight:
         if mu is None or not self._started:
             raise MissionFaultError(text)
         self._record.lost_controllers.add(mu)
-        self._warn(f"{text}; the mission goes on, its thrust held for a moment and then zero")
+        self._warn(f"{text}; {self._without_controller}")
+
+    @property
+    def _without_controller(self) -> str:
+        """What becomes of the mission whose controller is lost now."""
+        if self._record.phase == Phase.HOLDING:
+            return "the hold test goes on, in which all units are off"
+        return "the mission goes on, its thrust held for a moment and then zero"
 
     def _on_stranger(self, node: str, topic: str) -> None:
         if topic in map(topics.mu_odometry, self._plan.external):
@@ -412,9 +422,7 @@ class Flight:
         if death.node.essential or mu is None or not self._started:
             raise MissionFaultError(_why(death))
         self._record.lost_controllers.add(mu)
-        self._record.warnings.append(
-            f"{death.node.name} died ({death.how}); the mission went on, its thrust held for a moment and then zero"
-        )
+        self._record.warnings.append(f"{death.node.name} died ({death.how}); {self._without_controller}")
 
     def _measure_memory(self) -> None:
         self._record.memory_mb = max(self._record.memory_mb or 0.0, self._supervisor.memory_mb())
