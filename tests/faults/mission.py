@@ -52,7 +52,7 @@ class Run:
     """The command under test."""
 
     def __init__(self, seed: int, output: Path):
-        self.generator = random.Random(seed)
+        self.seed, self.generator = seed, random.Random(seed)
         self.kind: Kind = CATALOGUE[seed % len(CATALOGUE)]
         self.pace = self.generator.choice(self.kind.paces)
         self.mus = self.generator.choice((4, 4, 8))
