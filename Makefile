@@ -11,6 +11,7 @@
 #   make bench          all benchmarks                   BENCH=engine runs one, BENCH_ARGS=--smoke a short run
 #   make evaluate       policies on unseen scenarios     EVALUATE_ARGS="--mus 8 --policy PATH/policy.safetensors"
 #   make cards          measures the shipped models anew and writes their cards, after a change of physics or control
+#   make report-libraries  builds anew what a report carries (three.js, uPlot), by requirements/report; needs npm
 #   make lock           pins all packages anew, after a change in requirements/
 #   make clean          removes the environment and all that was built
 
@@ -23,7 +24,7 @@ TEST_WITH ?= test
 
 SETUP = $(PYTHON) -m bootstrap
 
-.PHONY: setup test test-all lint format stubs bench evaluate cards lock clean
+.PHONY: setup test test-all lint format stubs bench evaluate cards report-libraries lock clean
 
 setup:
 	$(SETUP) mission
@@ -54,6 +55,9 @@ evaluate:
 
 cards:
 	$(SETUP) mission -- -m tethernet_bringup.cli models cards
+
+report-libraries:
+	$(SETUP) mission -- -m tethernet_bringup.report.libraries.renew
 
 lock:
 	$(PYTHON) -m bootstrap.pins

@@ -8,7 +8,7 @@ import pytest
 
 from tests import toy_mission
 from tests.integration.test_analyse_mission import PICTURES, analyse
-from tethernet_bringup.analysis import pictures, snapshots
+from tethernet_bringup.analysis import pictures, recorded_flight, snapshots
 from tethernet_bringup.analysis.decoder import Decoder
 from tethernet_bringup.analysis.metrics import curve, enclosure
 from tethernet_bringup.analysis.mission_data import load
@@ -32,8 +32,9 @@ NEWER = {
 
 @pytest.fixture
 def coarse(monkeypatch):
-    """Pictures of few dots: quick."""
+    """Pictures of few dots, flights of few moments: quick."""
     monkeypatch.setattr(pictures, "_RESOLUTION_DPI", 30)
+    monkeypatch.setattr(recorded_flight, "MOST_NUMBERS", 50_000)
 
 
 @pytest.fixture(scope="module")

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from tests import toy_mission
-from tethernet_bringup.analysis import pictures, snapshots
+from tethernet_bringup.analysis import pictures, recorded_flight, snapshots
 from tethernet_bringup.analysis.arguments import parse
 from tethernet_bringup.analysis.command_line import default_output, main
 from tethernet_bringup.analysis.metrics import net_distance, report, tracking_error
@@ -22,7 +22,8 @@ from tethernet_bringup.bags.metadata import BagTopic, qos_profiles
 from tethernet_bringup.bags.reader import open_bag
 from tethernet_bringup.bags.writer import BagWriter
 
-PICTURES = {"tracking.png", "thrust.png", "fuel.png", "capture.png", "loads.png", "snapshots.png", "overview.png"}
+PLOTS = {"tracking.png", "thrust.png", "fuel.png", "capture.png", "loads.png", "snapshots.png", "overview.png"}
+PICTURES = PLOTS | {"report.html"}
 MU_TOPICS = [f"/mu{mu}/{what}" for mu in range(1, 9) for what in ("odom", "thrust", "status")]
 
 
@@ -40,8 +41,9 @@ def data(run):
 
 @pytest.fixture
 def coarse(monkeypatch):
-    """Pictures of few dots: quick."""
+    """Pictures of few dots, flights of few moments: quick."""
     monkeypatch.setattr(pictures, "_RESOLUTION_DPI", 30)
+    monkeypatch.setattr(recorded_flight, "MOST_NUMBERS", 50_000)
 
 
 def analyse(capsys, *words):
@@ -60,7 +62,7 @@ def test_the_whole_analysis(run, tmp_path, capsys):
     status, out, err = analyse(capsys, run, "--output", tmp_path, "--json")
     assert (status, err) == (0, "")
     assert {path.name for path in tmp_path.iterdir()} == PICTURES | {"analysis.json"}
-    for name in PICTURES:
+    for name in PLOTS:
         image = picture_shape(tmp_path / name)
         assert image[0] > 400, name
         assert image[1] > 800, name

@@ -10,7 +10,7 @@ setup(
     maintainer="tethernet maintainers",
     maintainer_email="maintainers@tethernet.invalid",
     packages=find_packages(exclude=["test", "tests"]),
-    package_data={"": ["config/*", "models/*", "py.typed"]},
+    package_data={"": ["config/*", "models/*", "py.typed", "viewer/*", "*.js", "*.css", "*.json", "*.LICENSE"]},
     data_files=[
         ("share/ament_index/resource_index/packages", ["resource/" + NAME]),
         ("share/" + NAME, ["package.xml"]),

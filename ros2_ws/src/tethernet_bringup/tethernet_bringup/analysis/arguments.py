@@ -23,7 +23,7 @@ def parse(argv: Sequence[str]) -> argparse.Namespace:
     """
     parser = argparse.ArgumentParser(
         prog=PROGRAM,
-        description="Make a table and pictures from the bag of a mission, whole or torn.",
+        description="Make a table, pictures and a report (one HTML file) from the bag of a mission, whole or torn.",
         epilog=EXIT_STATUS,
         allow_abbrev=False,
     )
@@ -40,7 +40,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the options."""
     add = parser.add_argument
     add("bag", type=Path, metavar="BAG", help="a run's folder, a bag's folder, a .mcap or .db3 file; it is only read")
-    add("--output", type=Path, metavar="DIR", help="folder for the pictures; default: analysis in the run's folder")
+    add("--output", type=Path, metavar="DIR", help="folder for all files; default: analysis in the run's folder")
     add("--format", choices=FORMATS, default="png", help="of the pictures; default png")
     add("--json", action="store_true", help="write the table to DIR/analysis.json, too")
-    add("--no-plots", action="store_true", help="the table only")
+    add("--no-plots", action="store_true", help="the table only: no pictures, no report")

@@ -1,4 +1,4 @@
-"""``analyse_mission.py`` after the set-up: reads a bag, prints a table, makes pictures."""
+"""``analyse_mission.py`` after the set-up: reads a bag, prints a table, makes pictures and a report."""
 
 from __future__ import annotations
 
@@ -76,9 +76,11 @@ def run(options: Namespace) -> None:
     if options.json:
         files.append(_write_json(content, folder / "analysis.json"))
     if not options.no_plots:
-        from tethernet_bringup.analysis import pictures
+        from tethernet_bringup.analysis import pictures, report_page
 
         files += pictures.make(data, bag, folder, options.format)
+        if files or data.states:
+            files.append(report_page.write(data, bag, options.bag, folder))
     if files:
         print(f"\nwritten to {folder}: {', '.join(path.name for path in files)}")
     elif not options.no_plots:

@@ -149,10 +149,10 @@ def text(content: dict[str, Any]) -> str:
             ("held", _yes(content["held"])),
             ("largest load of a thread", _percent(content["max_load_share"], " of its strength")),
             ("largest contact force", _number(content["max_contact_force_n"], 0, " N")),
-            ("locked pairs", _pairs(content)),
+            ("locked pairs", pairs_text(content)),
             ("trigger", _number(content["trigger_s"], 2, " s after launch")),
-            ("closing began", _began(content)),
-            ("decisions while closing", _decisions(content)),
+            ("closing began", began(content)),
+            ("decisions while closing", decisions(content)),
             ("mouth area at the trigger", _number(content["mouth_area_m2"], 1, " m2")),
             (
                 "net to debris at the end",
@@ -233,7 +233,8 @@ def _grouped(topics: dict[str, dict[str, Any]]) -> dict[str, dict[str, str]]:
     return result
 
 
-def _began(content: dict[str, Any]) -> str:
+def began(content: dict[str, Any]) -> str:
+    """When closing began, in words."""
     ticks = content["closing_began_ticks_after_trigger"]
     if not ticks:
         return "-"
@@ -242,7 +243,8 @@ def _began(content: dict[str, Any]) -> str:
     return f"{delay_text(start)} after the trigger" + ("" if start.least == start.most else f", last MU {last}")
 
 
-def _decisions(content: dict[str, Any]) -> str:
+def decisions(content: dict[str, Any]) -> str:
+    """How many of the decisions while closing came late, in words."""
     count, late = content["decisions_taken_over"], content["late_decisions"]
     if not count:
         return "-"
@@ -254,7 +256,8 @@ def _extreme(which: Callable[..., float | None], rows: list[dict[str, Any]], key
     return which((row[key] for row in rows if row[key] is not None), default=None)
 
 
-def _pairs(content: dict[str, Any]) -> str:
+def pairs_text(content: dict[str, Any]) -> str:
+    """Locked pairs, of how many, and what is needed."""
     if content["locked_pairs"] is None:
         return "-"
     if content["max_locked_pairs"] is None:

@@ -74,6 +74,9 @@ TREE = Group(
                 ),
                 "table": Leaf("statistics of outcomes files", _CAMPAIGNS, "TABLE"),
                 "plot": Leaf("a map of outcomes files", _CAMPAIGNS, "PLOT"),
+                "report": Leaf(
+                    "a page of outcomes files: table, maps, flights", "tethernet_bringup.report.campaign_command"
+                ),
             },
         ),
         "data": Group(
@@ -104,7 +107,7 @@ TREE = Group(
                 "cards": Leaf("measure them anew, write their cards", f"{_LEARNING}.evaluation.renew_cards"),
             },
         ),
-        "analyse": Leaf("table and pictures from the bag of a mission", "tethernet_bringup.analysis.subcommand"),
+        "analyse": Leaf("table, pictures and a report from a mission's bag", "tethernet_bringup.analysis.subcommand"),
         "salvage": Leaf("rewrite a torn bag into a whole one", "tethernet_bringup.bags.salvage"),
         "systems": Group(
             "descriptions of systems",

@@ -54,18 +54,28 @@ def table(rows: Sequence[Row], by: Sequence[str] = GROUPED_BY) -> list[str]:
     Raises:
         CampaignError: for a column that there is not.
     """
+    lines = [(*by, *HEAD), *groups(rows, by)]
+    widths = [max(len(line[place]) for line in lines) for place in range(len(lines[0]))]
+    return ["  ".join(cell.ljust(width) for cell, width in zip(line, widths, strict=True)).rstrip() for line in lines]
+
+
+def groups(rows: Sequence[Row], by: Sequence[str] = GROUPED_BY) -> list[tuple[str, ...]]:
+    """Statistics of each group of missions: what it has in common, then a cell for each of :data:`HEAD`.
+
+    Raises:
+        CampaignError: for a column that there is not.
+    """
     for name in by:
         known = outcome_columns(units_in(rows[0]))
         if name not in known:
             raise CampaignError(f"no column {name!r} to group by; allowed: {in_words(known)}")
-    groups: dict[tuple[Value, ...], list[Outcome]] = {}
+    alike: dict[tuple[Value, ...], list[Outcome]] = {}
     for row in rows:
-        groups.setdefault(tuple(row.get(name) for name in by), []).append(rebuild(Outcome, row))
-    lines = [(*by, *HEAD)]
-    for key, outcomes in groups.items():
-        lines.append((*("-" if cell is None else str(cell) for cell in key), *_cells(summarise(outcomes))))
-    widths = [max(len(line[place]) for line in lines) for place in range(len(lines[0]))]
-    return ["  ".join(cell.ljust(width) for cell, width in zip(line, widths, strict=True)).rstrip() for line in lines]
+        alike.setdefault(tuple(row.get(name) for name in by), []).append(rebuild(Outcome, row))
+    return [
+        (*("-" if cell is None else str(cell) for cell in key), *_cells(summarise(outcomes)))
+        for key, outcomes in alike.items()
+    ]
 
 
 def _cells(summary: Summary) -> tuple[str, ...]:

@@ -44,7 +44,7 @@ def draw(rows: Sequence[Row], systems: FlownSystems) -> Any:
     for line, (name, flown, what) in zip(panels, shown, strict=True):
         axis = body_axis(systems.of_row(flown[0]))
         good = pictures.judged(flown, what)
-        rate, to_long_axis, to_approach = _angles(flown, axis.direction)
+        rate, to_long_axis, to_approach = angles(flown, axis.direction)
         rate = _classes(rate)
         _curve(line[0], rate, good, what)
         line[0].set_title(f"{name}: {pictures.counts_text(flown)}", fontsize=10)
@@ -62,7 +62,7 @@ def draw(rows: Sequence[Row], systems: FlownSystems) -> Any:
     return figure
 
 
-def _angles(rows: Sequence[Row], axis: Sequence[float]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def angles(rows: Sequence[Row], axis: Sequence[float]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Rates [deg/s] and the angles of the tumble axis to the long axis and to the approach, 0 to 90 [deg]; NaN where
     nothing tumbles.
     """
