@@ -83,8 +83,7 @@ def differing_share(a: np.ndarray, b: np.ndarray) -> float:
     return float((np.abs(a - b).max(axis=2) > 0.15).mean())
 
 
-@pytest.mark.parametrize("dark", [False, True], ids=["light", "dark"])
-@pytest.mark.parametrize("width", [390, 1200], ids=["narrow", "wide"])
+@pytest.mark.parametrize(("width", "dark"), [(390, False), (1200, True)], ids=["narrow-light", "wide-dark"])
 def test_the_flight_is_seen_at_trigger_and_end_from_all_cameras(quiet, held, width, dark):
     pictures = {}
     quiet.open(held, width=width, height=900, dark=dark)

@@ -57,7 +57,8 @@ class Flight:
     def thinned(self) -> Flight:
         """Every other moment."""
         names = ("knots", "units", "thrust", "debris", "chaser", "locked")
-        halves: dict[str, Any] = {name: None if (track := getattr(self, name)) is None else track[::2] for name in names}
+        tracks = {name: getattr(self, name) for name in names}
+        halves: dict[str, Any] = {name: None if track is None else track[::2] for name, track in tracks.items()}
         return dataclasses.replace(self, step_s=2.0 * self.step_s, **halves)
 
     def content(self, finest_m: float = FINEST_M) -> dict[str, Any]:
