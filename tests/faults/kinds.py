@@ -102,6 +102,17 @@ def _stop_and_go(run: Run, pid: int, seconds: float) -> None:
     run.send(pid, signal.SIGCONT)
 
 
+def _command_killed(run: Run, generator: random.Random) -> None:
+    """Sometimes because a node hangs."""
+    node = run.choose(lambda name: True, generator) if generator.random() < 0.3 else 0
+    halted = run.target if node else ""
+    if node:
+        run.send(node, signal.SIGSTOP)
+        run.wait(generator.uniform(0.0, 2.0))
+    _command(signal.SIGKILL)(run, generator)
+    run.target += f", {halted} halted" if halted else ""
+
+
 def _command_halts(run: Run, generator: random.Random) -> None:
     _stop_and_go(run, run.command.pid, generator.uniform(1.0, 6.0))
 
@@ -269,7 +280,7 @@ CATALOGUE = (
     Kind("node terminated", _kill(signal.SIGTERM), allowed=ANY_END, deaths=True),
     Kind("node halts for a moment", _halt(0.1, 2.0), moments=BEFORE_END, allowed=ANY_END),
     Kind("node halts for long", _halt(3.0, 10.0), allowed=ANY_END, deaths=True),
-    Kind("command killed", _command(signal.SIGKILL), moments=ANY_MOMENT, allowed=frozenset({-9}), outcome=False),
+    Kind("command killed", _command_killed, moments=ANY_MOMENT, allowed=frozenset({-9}), outcome=False),
     Kind("command interrupted", _command(signal.SIGINT), moments=ANY_MOMENT, allowed=frozenset({INTERRUPTED})),
     Kind("command terminated", _command(signal.SIGTERM), moments=BEFORE_END, allowed=frozenset({TERMINATED})),
     Kind("terminal hangs up", _command(signal.SIGHUP), _no_hangup, allowed=frozenset({CAPTURED})),

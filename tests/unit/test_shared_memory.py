@@ -62,3 +62,19 @@ def test_a_lock_without_its_segment_is_swept_too(tmp_path, monkeypatch):
     assert shared_memory.abandoned_locks() == {"fastrtps_port7415"}
     assert shared_memory.clean(["fastrtps_port7415"]) == ["fastrtps_port7415"]
     assert not list(tmp_path.iterdir())
+
+
+def test_a_port_that_was_only_half_made_is_swept_too(tmp_path, monkeypatch):
+    monkeypatch.setattr(shared_memory, "FOLDER", tmp_path)
+    monkeypatch.setattr(shared_memory, "YOUNG_S", 0.0)
+    before, low = tmp_path / "fastrtps_port7412", tmp_path / "fastrtps_port7001"
+    before.touch()
+    began_s = before.stat().st_ctime
+    until(lambda: time.time() > began_s + 0.02, "no time has passed")
+    half, whole = tmp_path / "fastrtps_port7410", tmp_path / "fastrtps_port7414"
+    for path in (low, half, tmp_path / f"sem.{half.name}_mutex", whole, tmp_path / f"{whole.name}_el"):
+        path.touch()
+    until(lambda: shared_memory.half_made_ports(began_s), "the port is not found")
+    assert shared_memory.left_since(began_s) == {half.name}
+    assert shared_memory.clean(shared_memory.left_since(began_s)) == [half.name]
+    assert {path.name for path in tmp_path.iterdir()} == {before.name, low.name, whole.name, f"{whole.name}_el"}

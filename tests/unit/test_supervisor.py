@@ -220,6 +220,37 @@ def test_nodes_end_when_the_supervisor_is_killed(modules, logs, tmp_path):
     process.stdout.close()
 
 
+def test_a_node_that_hangs_does_not_outlive_a_supervisor_that_is_killed(modules, logs, tmp_path):
+    code = f"""
+        from pathlib import Path
+        from tethernet_bringup.mission.supervisor import *
+        from tethernet_core.parameters import load
+        logs = Path({str(logs)!r})
+        crew = Supervisor(logs, mission_environment(1, "localhost", logs), load(SupervisorParameters))
+        for name in ("sim", "planner"):
+            crew.start(NodeProcess(name, "polite", arguments=(f"{tmp_path}/{{name}}",)))
+        print(*crew.pids.values(), flush=True)
+        input()
+    """
+    process = subprocess.Popen(
+        [sys.executable, "-c", textwrap.dedent(code)], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
+    )
+    pids = [int(word) for word in process.stdout.readline().split()]
+    until(lambda: all("ready" in (logs / f"{name}.log").read_text() for name in ("sim", "planner")), "not ready")
+    os.kill(pids[0], signal.SIGSTOP)
+    process.kill()
+    process.wait(timeout=DEADLINE_S)
+    try:
+        until(lambda: all(gone(pid) for pid in pids), "a node outlived its supervisor")
+    finally:
+        for pid in pids:
+            if not gone(pid):
+                os.kill(pid, signal.SIGKILL)
+    assert [(tmp_path / name).exists() for name in ("sim", "planner")] == [False, True], "the other ended in order"
+    process.stdin.close()
+    process.stdout.close()
+
+
 HOLDING = """
     import mmap, signal, sys
     maps = []

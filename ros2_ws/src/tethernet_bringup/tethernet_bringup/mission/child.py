@@ -5,8 +5,8 @@ program of its own, 0.09 s for one that is forked. The command must not have loa
 threads from the moment on that it is loaded, and threads are not forked.
 
 Standard input is a pipe into which nobody ever writes. It ends when the supervisor does, however that died; then this
-process ends like after Ctrl-C, and by force where that takes too long. So not even ``kill -9`` of the supervisor leaves
-a node behind, nor the mission's shared memory, see :mod:`tethernet_bringup.mission.sweeper`.
+process ends like after Ctrl-C, and by force where that takes too long; :mod:`tethernet_bringup.mission.sweeper` ends
+nodes that hang. So not even ``kill -9`` of the supervisor leaves a node behind, nor the mission's shared memory.
 """
 
 from __future__ import annotations
@@ -29,7 +29,6 @@ from tethernet_bringup.mission import process_title, sweeper
 from tethernet_core.quiet_start import SEARCH_PATHS, quiet_start, unblock_signals
 from tethernet_ros.start_gate import close_gate
 
-PATIENCE_S = 5.0
 HELD_BACK = (signal.SIGINT, signal.SIGTERM)
 """Signals that a node takes from the moment on that it can."""
 _STREAMS = 3
@@ -164,5 +163,5 @@ def _end_with_supervisor(began_s: float) -> None:
     except Exception as error:  # whatever it is, this process has to end
         print(f"the shared memory stays behind: {error}", file=sys.stderr, flush=True)
     os.kill(os.getpid(), signal.SIGINT)
-    time.sleep(PATIENCE_S)  # the process ends within this time, or is made to
+    time.sleep(sweeper.NODE_PATIENCE_S)  # the process ends within this time, or is made to
     os.kill(os.getpid(), signal.SIGKILL)

@@ -6,6 +6,7 @@ import time
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
+from tethernet_bringup.mission import shared_memory
 from tethernet_bringup.mission.domain_claim import DomainClaim, DomainTakenError
 from tethernet_bringup.mission.drivers import DriverDesk, DriverFaultError, DriverWatch, hint, mu_list
 from tethernet_bringup.mission.flight_plan import FlightPlan
@@ -82,7 +83,7 @@ class Flight:
         self._pulse: Pulse | None = None
         self._drivers: DriverWatch | None = None
         self._look_due = 0.0
-        self._started = self._told_compiling = False
+        self._joining = self._started = self._told_compiling = False
         self._launched_at: float | None = None
         self._memory_due: float | None = None
 
@@ -124,6 +125,9 @@ class Flight:
             self._monitor.close(status)
             self._monitor = None
             self._supervisor.clean()  # saying goodbye to a node that was killed makes its segments anew
+        elif self._joining:
+            time.sleep(shared_memory.YOUNG_S)  # the middleware came no further than half a port
+            self._supervisor.clean()
 
     @property
     def _joined(self) -> Monitor:
@@ -141,6 +145,7 @@ class Flight:
 
     def _look_around(self) -> None:
         """Join the graph, and make sure that no other mission is in it before any node could disturb that."""
+        self._joining = True
         self._monitor = self._join(self._record)
         plan = self._plan
         watched = exclusive_topics(plan.system, plan.external, plan.simulated)

@@ -56,6 +56,15 @@ def made_since(time_s: float) -> set[str]:
     return found
 
 
+def left_since(time_s: float) -> set[str]:
+    """Names of all that may be left of processes of which nobody has noted what they hold, see the functions below.
+
+    Args:
+        time_s: seconds since the epoch, before the first of them was started.
+    """
+    return made_since(time_s) | abandoned_locks() | half_made_ports(time_s)
+
+
 def abandoned_locks() -> set[str]:
     """Names of this user's domain ports of which only a lock is there, as a goodbye to a dead process makes it."""
     found = set()
@@ -67,6 +76,27 @@ def abandoned_locks() -> set[str]:
                     found.add(name[1])
             except OSError:  # gone meanwhile
                 continue
+    return found
+
+
+def half_made_ports(time_s: float) -> set[str]:
+    """Names of this user's domain ports that lack a lock, and were made after a time and not just now: whoever wanted
+    to make one came no further, for want of file handles say. That it is nobody's is seen to by :func:`clean`.
+
+    Args:
+        time_s: seconds since the epoch.
+    """
+    found = set()
+    for path in FOLDER.glob("fastrtps_port*"):
+        name = _NAME.search(f"/{path.name}")
+        if name is None or int(name[2]) < _FIRST_DOMAIN_PORT or any(lock.exists() for lock in _locks(path.name)):
+            continue
+        try:
+            there = path.stat()
+        except OSError:  # gone meanwhile
+            continue
+        if there.st_uid == os.getuid() and time_s < there.st_ctime < time.time() - YOUNG_S:
+            found.add(path.name)
     return found
 
 
@@ -97,14 +127,18 @@ def clean(names: Iterable[str]) -> list[str]:
 
 
 def _files(name: str) -> list[Path]:
-    return [FOLDER / file for file in (name, f"{name}_el", f"{name}_sl", f"sem.{name}_mutex")]
+    return [FOLDER / name, *_locks(name), FOLDER / f"sem.{name}_mutex"]
+
+
+def _locks(name: str) -> list[Path]:
+    return [FOLDER / f"{name}_el", FOLDER / f"{name}_sl"]
 
 
 def _locked(name: str) -> bool:
     """Whether a living process, perhaps one that this user or container does not see, owns the segment."""
-    for suffix in ("_el", "_sl"):
+    for path in _locks(name):
         try:
-            with (FOLDER / (name + suffix)).open("rb") as file:
+            with path.open("rb") as file:
                 fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except FileNotFoundError:
             continue

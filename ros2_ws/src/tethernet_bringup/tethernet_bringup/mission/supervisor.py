@@ -213,8 +213,7 @@ class Supervisor:
 
     def clean(self) -> None:
         """Remove the shared memory that killed nodes left; again whenever this process has talked to them since."""
-        made = shared_memory.made_since(self._began_s) | shared_memory.abandoned_locks()
-        shared_memory.clean(self._segments | made)
+        shared_memory.clean(self._segments | shared_memory.left_since(self._began_s))
 
     def stop(self, hurry: bool = True) -> list[Exit]:
         """End all processes: SIGINT, then SIGTERM, then SIGKILL; those marked ``last`` after the others.
