@@ -12,6 +12,7 @@
 #   make evaluate       policies on unseen scenarios     EVALUATE_ARGS="--mus 8 --policy PATH/policy.safetensors"
 #   make cards          measures the shipped models anew and writes their cards, after a change of physics or control
 #   make report-libraries  builds anew what a report carries (three.js, uPlot), by requirements/report; needs npm
+#   make ros2cli        the stock ros2 command in .venv, fetched by git: .venv/bin/ros2 topic echo /mu3/thrust
 #   make lock           pins all packages anew, after a change in requirements/
 #   make clean          removes the environment and all that was built
 
@@ -24,7 +25,7 @@ TEST_WITH ?= test
 
 SETUP = $(PYTHON) -m bootstrap
 
-.PHONY: setup test test-all lint format stubs bench evaluate cards report-libraries lock clean
+.PHONY: setup test test-all lint format stubs bench evaluate cards report-libraries ros2cli lock clean
 
 setup:
 	$(SETUP) mission
@@ -58,6 +59,9 @@ cards:
 
 report-libraries:
 	$(SETUP) mission -- -m tethernet_bringup.report.libraries.renew
+
+ros2cli:
+	$(SETUP) ros2cli
 
 lock:
 	$(PYTHON) -m bootstrap.pins

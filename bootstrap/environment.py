@@ -16,7 +16,7 @@ from .lock import end_leftovers, locked
 from .places import Places
 from .report import Report
 from .state import State, interpreter_of, load
-from .steps import Step
+from .steps import KEPT, Step
 
 
 class Interrupted(BaseException):
@@ -101,10 +101,15 @@ def _set_up(places: Places, steps: Sequence[Step], report: Report, fresh: bool) 
             "for the environment: TETHERNET_VENV=/some/folder."
         )
     anew = bool(fresh or reason) or state is None
+    had: list[Step] = []
     if state is None or anew:
+        had = [step for step in KEPT if state and step.name in state.done and step not in steps]
         state = State(root=str(places.root))
-    to_do = [step for step in steps if anew or state.done.get(step.name) != step.fingerprint(places)]
+    again = [step for step in had if step.at_hand(places)]
+    to_do = [step for step in steps if anew or state.done.get(step.name) != step.fingerprint(places)] + again
     found = machine.check(places, compiler=any(step.compiles for step in to_do))
+    for step in to_do:
+        step.check(places)
 
     places.log.write_text(f"{time.strftime('%Y-%m-%d %H:%M:%S')}  {found}\n")
     report.say(f"Set-up of {places.venv} ({found})" + ("; a minute or two, this once." if anew else "."))
@@ -128,6 +133,9 @@ def _set_up(places: Places, steps: Sequence[Step], report: Report, fresh: bool) 
         state.interpreter = interpreter_of(places)
         state.save(places.state)
         report.end()
+    for step in had:
+        if step not in again:
+            report.say(f"Not in the environment any more: {step.name}; `make {step.name}` installs it anew.")
     report.say(f"Set-up done in {time.monotonic() - begin:.0f} s.")
 
 

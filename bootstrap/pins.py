@@ -19,7 +19,7 @@ HEAD = """\
 # Every package of the environment with its version, the indirect ones too: what was tested together.
 # Written by `make lock`; run that after a change of the other files here, then the tests.
 """
-ASKED_FOR = ("run", "build", "test", "bench", "learning", "cluster")
+ASKED_FOR = ("run", "build", "test", "bench", "learning", "cluster", "ros2cli")
 
 # A "+cpu" at the end of a version tells who built it, and no package index has it.
 # The ROS wheels carry further metadata folders, one for each message package: without INSTALLER, no packages of pip.

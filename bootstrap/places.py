@@ -60,6 +60,16 @@ class Places:
         return self.sources / "tethernet_msgs", self.root / "ros2_ws" / "fallback" / "tf2_msgs"
 
     @property
+    def ros2cli(self) -> Path:
+        """What the stock ros2 command lacks where ROS 2 comes from wheels."""
+        return self.root / "ros2_ws" / "fallback" / "ros2cli_wheels"
+
+    @property
+    def ros2cli_wheels(self) -> Path:
+        """The stock ros2 command as it was built; outlives the environment."""
+        return self.venv.with_name(self.venv.name + ".ros2cli")
+
+    @property
     def warm_up(self) -> Path:
         """The module that compiles the numba kernels."""
         return self.sources / "tethernet_sim" / "tethernet_sim" / "warm_up.py"

@@ -12,7 +12,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
-from . import fingerprint, runtime
+from . import fingerprint, ros2cli, runtime
 from .clashes import clashes, own_packages
 from .errors import SetupError
 from .lock import MARK
@@ -44,6 +44,11 @@ class Step:
     and which is then made anew."""
     compiles: bool = False
     """Needs cmake and a compiler."""
+    check: Callable[[Places], None] = lambda places: None
+    """Raises a SetupError where the step cannot succeed; called before anything is touched."""
+    at_hand: Callable[[Places], bool] = lambda places: False
+    """Whether the step can be done from what lies beside the environment. An environment that has had it gets it again
+    when it is made anew, though this time nobody asks for it."""
 
 
 def _requirements(places: Places, *names: str) -> list[Path]:
@@ -283,6 +288,16 @@ GENERAL_KERNELS = Step(
     _compile_kernels("envisat_8mu"),
 )
 """A mission that needs them compiles them; the tests need them in any case."""
+ROS2CLI = Step(
+    "ros2cli",
+    "Installing the stock ros2 command",
+    ros2cli.of_sources,
+    ros2cli.install,
+    check=ros2cli.check,
+    at_hand=lambda p: bool(ros2cli.wheels(p)),
+)
+KEPT = (ROS2CLI,)
+"""Asked for once, and not lost when the environment is made anew for other reasons."""
 
 MISSION = (VENV, PACKAGES, SOURCES, MESSAGES, KERNELS)
 PROFILES: dict[str, tuple[Step, ...]] = {
@@ -293,6 +308,7 @@ PROFILES: dict[str, tuple[Step, ...]] = {
     "bench": (*MISSION, BENCH),
     "learning": (*MISSION, LEARNING),
     "cluster": (*MISSION, CLUSTER),
+    "ros2cli": (*MISSION, ROS2CLI),
 }
 """What each use of the environment needs. The tests compare with what the benchmarks compare with, too."""
 
@@ -305,5 +321,6 @@ ROS_PROFILES: dict[str, tuple[Step, ...]] = {
     "bench": (*ROS_MISSION, BENCH),
     "learning": (*ROS_MISSION, LEARNING),
     "cluster": (*ROS_MISSION, CLUSTER),
+    "ros2cli": ROS_MISSION,
 }
-"""The same on top of a machine's own ROS 2, where colcon has built messages and packages."""
+"""The same on top of a machine's own ROS 2, where colcon has built messages and packages and `ros2` is there."""

@@ -34,7 +34,7 @@ def pins(name: str) -> dict[str, str]:
     return {normal(match[1]): match[2] for match in matches.values()}
 
 
-@pytest.mark.parametrize("name", ["installer", "run", "build", "test", "bench", "learning", "cluster"])
+@pytest.mark.parametrize("name", ["installer", "run", "build", "test", "bench", "learning", "cluster", "ros2cli"])
 def test_all_requirements_are_pinned_as_the_lock_says(name):
     lock = pins("constraints")
     assert {package: lock.get(package) for package in pins(name)} == pins(name)

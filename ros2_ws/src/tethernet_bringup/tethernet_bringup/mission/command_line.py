@@ -21,6 +21,7 @@ from typing import TYPE_CHECKING
 from tethernet_bringup.bags.run_info import DESCRIPTION
 from tethernet_bringup.mission import arguments
 from tethernet_bringup.mission.interrupts import Interrupts
+from tethernet_bringup.mission.look_on import look_on
 from tethernet_bringup.mission.outcome import (
     FILE_NAME,
     ExitStatus,
@@ -230,11 +231,8 @@ def _banner(setup: MissionSetup, options: Namespace, folder: RunFolder) -> str:
         which = "all units, no simulator" if not setup.simulated else ", ".join(f"MU {mu}" for mu in setup.external)
         lines.append(f"external: {which}")
     domain = options.domain_id
-    prefix = f"ROS_DOMAIN_ID={domain} " if domain else ""
     topic = topics.mu_thrust(1) if setup.system.units else topics.DEBRIS_ODOMETRY
-    lines.append(
-        f"ROS 2: domain {domain}, discovery {options.discovery}; look on with  {prefix}ros2 topic echo {topic}"
-    )
+    lines.append(f"ROS 2: domain {domain}, discovery {options.discovery}; {look_on(topic, domain)}")
     lines.append(f"run: {folder.path}")
     return "\n".join(lines)
 
