@@ -14,7 +14,7 @@ import shutil
 import signal
 import subprocess
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -38,7 +38,7 @@ class BrowserError(Exception):
 class Browser:
     """One page of one browser."""
 
-    def __init__(self, program: str, folder: Path):
+    def __init__(self, program: str, folder: Path, flags: Sequence[str] = ()):
         self.logged: list[str] = []
         """Warnings, errors and exceptions of the page."""
         self.asked: list[str] = []
@@ -49,7 +49,7 @@ class Browser:
         self._out, self._in = ours[1], theirs[0]
         shell = ("bash", "-c", f'exec "$@" 3<&{ours[0]} 4>&{theirs[1]}', "-")  # the browser wants them as 3 and 4
         self._process = subprocess.Popen(
-            [*shell, program, *_FLAGS, f"--user-data-dir={folder}"],
+            [*shell, program, *_FLAGS, *flags, f"--user-data-dir={folder}"],
             pass_fds=(ours[0], theirs[1]), start_new_session=True,
             stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
         )  # fmt: skip
@@ -181,14 +181,15 @@ class Browser:
 
 
 @contextlib.contextmanager
-def browser(program: str, folder: Path) -> Iterator[Browser]:
+def browser(program: str, folder: Path, *flags: str) -> Iterator[Browser]:
     """A browser that ends with the block.
 
     Args:
         program: its path.
         folder: for what it keeps.
+        flags: of its command line, besides the usual ones.
     """
-    made = Browser(program, folder)
+    made = Browser(program, folder, flags)
     try:
         yield made
     finally:

@@ -131,6 +131,36 @@ def test_it_plays_pauses_and_obeys_the_keyboard(quiet, held):
     assert quiet.value("report.player.time") == pytest.approx(12.0)
 
 
+def test_who_turns_the_scene_keeps_the_camera(quiet, held):
+    quiet.open(held, width=1000, height=800)
+    before = stage(quiet)
+    box = "document.querySelector('.stage canvas').getBoundingClientRect()"
+    x, y = quiet.value(f"[{box}.left + 400, {box}.top + 200]")
+    quiet.call("Input.dispatchMouseEvent", type="mousePressed", x=x, y=y, button="left", clickCount=1)
+    for step in range(1, 6):
+        quiet.call("Input.dispatchMouseEvent", type="mouseMoved", x=x + 30 * step, y=y, button="left", buttons=1)
+    quiet.call("Input.dispatchMouseEvent", type="mouseReleased", x=x + 150, y=y, button="left", clickCount=1)
+    turned = stage(quiet)
+    assert differing_share(before, turned) > 0.02
+    assert quiet.value("document.querySelectorAll('[data-view][aria-pressed=true]').length") == 0
+    distance = "report.stage.view.camera.position.distanceTo(report.stage.view.controls.target)"
+    kept = quiet.value(distance)
+    quiet.value("report.player.seek(5)")
+    assert differing_share(turned, stage(quiet)) > 0.01
+    assert quiet.value(distance) == pytest.approx(kept, rel=1e-6)
+
+
+def test_without_webgl_tables_and_plots_are_complete(held, tmp_path):
+    program = browser.found()
+    if program is None:
+        pytest.skip("NOT TESTED: no browser here")
+    with browser.browser(program, tmp_path, "--disable-3d-apis") as blind:
+        blind.open(held, width=800, height=800)
+        assert "draws no 3-D" in blind.value("document.querySelector('[data-part=message]').textContent")
+        assert blind.value("document.querySelectorAll('#plots figure').length") == 7
+        assert blind.asked == []
+
+
 def test_plots_follow_the_time_cursor_and_move_it(quiet, held):
     quiet.open(held, width=1200, height=900)
     titles = quiet.value("[...document.querySelectorAll('#plots figcaption')].map((title) => title.textContent)")
@@ -222,14 +252,18 @@ def test_numbers_that_no_bag_of_ours_would_hold_are_left_out(tmp_path):
     data = load(opened)
     data.debris.add(int(data.debris.stamps[-1]) + 50_000_000, 1e300, 0, 0, 0, 0, 0, 1)
     data.mus[2].measured.add(data.end_ns, np.inf, 0, 0)
+    data.mus[3].fuel.add(data.end_ns, 1e308)
+    data.mus[3].fuel.add(data.end_ns + 1, -1e308)
+    data.mus[10**9] = data.mus[1]
+    data.facts["system"] = "name \udcff"
     made = report_page.write(data, opened, tmp_path, tmp_path)
     assert made.stat().st_size < LARGEST_BYTES
 
 
 def test_a_flight_that_is_too_large_is_thinned(tmp_path, monkeypatch):
-    toy_mission.write_bag(tmp_path / "bag")
+    toy_mission.write_bag(tmp_path / "bag", end_s=20.0)
     large = report_of(tmp_path, tmp_path / "a").stat().st_size
-    monkeypatch.setattr(page, "FLIGHTS_BYTES", 150_000)
+    monkeypatch.setattr(page, "FLIGHTS_BYTES", 100_000)
     small = report_of(tmp_path, tmp_path / "b").stat().st_size
     assert small < large
     assert small - len(page.html(page.Page("", [], "", "", {}))) < 450_000

@@ -8,6 +8,7 @@ from html.parser import HTMLParser
 import numpy as np
 import pytest
 
+from bootstrap.places import ROOT
 from tethernet_bringup.report import libraries, markup, page
 from tethernet_bringup.report.campaign_page import MOST_LISTED, interesting, listed
 from tethernet_bringup.report.flight import Flight, size_of
@@ -54,6 +55,9 @@ def test_missing_numbers_stay_missing_and_a_step_can_be_asked_for():
     assert np.isnan(back[1]).all()
     assert back[[0, 2]] == pytest.approx(values[[0, 2]], abs=0.005)
     assert np.isnan(unpack(pack(np.full((4, 2), np.nan)))).all()
+    huge = unpack(pack(np.array([[1e308, 1.0], [-1e308, 2.0]])))
+    assert np.isnan(huge[:, 0]).all()
+    assert huge[:, 1] == pytest.approx([1.0, 2.0])
 
 
 def test_what_changes_little_takes_few_bytes():
@@ -157,6 +161,11 @@ def test_libraries_are_the_pinned_ones_with_their_licences(library):
     assert f"{library.name}.LICENSE" in library.files
     assert "Permission is hereby granted, free of charge" in library.licence
     assert library.licence.splitlines()[2] in page.html(page.Page("", [], "", "", {}))
+
+
+def test_libraries_are_those_that_the_requirements_name():
+    asked = json.loads((ROOT / "requirements" / "report" / "package.json").read_text())["dependencies"]
+    assert {library.name: library.version for library in libraries.libraries()} == asked
 
 
 def test_missions_that_went_wrong_are_shown_first():

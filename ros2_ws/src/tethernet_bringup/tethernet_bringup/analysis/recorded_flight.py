@@ -13,6 +13,7 @@ from tethernet_bringup.analysis.series import Series
 from tethernet_bringup.bags.reader import BagReader
 from tethernet_bringup.report.flight import Flight
 from tethernet_core.mission import Phase
+from tethernet_core.system import MOST_UNITS
 from tethernet_ros import topics
 
 FINEST_S = 0.05
@@ -109,9 +110,9 @@ def _thrust(data: MissionData, moments: np.ndarray) -> np.ndarray | None:
 
 
 def _together(data: MissionData, moments: np.ndarray, series_of: Callable[[int], Series]) -> np.ndarray | None:
-    count = max(max(data.mus, default=0), max(data.truth, default=0))
-    tracks = np.full((len(moments), count, 3), np.nan)
-    for mu in {*data.mus, *data.truth}:
+    known = [mu for mu in {*data.mus, *data.truth} if 1 <= mu <= MOST_UNITS]  # a topic with a higher number is nobody's
+    tracks = np.full((len(moments), max(known, default=0), 3), np.nan)
+    for mu in known:
         rows = _nearest(data, series_of(mu), moments)
         if rows is not None:
             tracks[:, mu - 1] = rows

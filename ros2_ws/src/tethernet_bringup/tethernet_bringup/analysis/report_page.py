@@ -5,8 +5,6 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-import yaml
-
 from tethernet_bringup.analysis import report_plots
 from tethernet_bringup.analysis.mission_data import MissionData
 from tethernet_bringup.analysis.recorded_flight import recorded_flight
@@ -185,10 +183,7 @@ def _parameters(data: MissionData, content: dict[str, Any]) -> str:
     known = {key: value for key, value in data.facts.items() if key not in (PARAMETERS, DESCRIPTION) and value}
     facts = markup.table(("run", ""), [*known.items(), ("recording", content["bag"])], name="Run", numeric=False)
     parts = [facts]
-    if data.parameters:
-        plain = yaml.safe_dump(data.parameters, sort_keys=False, default_flow_style=None, width=110)
-        parts.append(markup.details("Parameters of the run", markup.block(plain[:_LONGEST_TEXT])))
-    if data.facts.get(DESCRIPTION):
-        described = markup.block(data.facts[DESCRIPTION][:_LONGEST_TEXT])
-        parts.append(markup.details("Description of the system", described))
+    for name, key in (("Parameters of the run", PARAMETERS), ("Description of the system", DESCRIPTION)):
+        if data.facts.get(key):
+            parts.append(markup.details(name, markup.block(data.facts[key][:_LONGEST_TEXT])))
     return "\n".join(parts)

@@ -46,7 +46,8 @@ def _linear(at: np.ndarray, series: Curve, scale: float = 1.0) -> np.ndarray:
 
 
 def _held(at: np.ndarray, series: Curve, scale: float = 1.0) -> np.ndarray:
-    return scale * sampled(at, series.time_s, series.value, hold=True)
+    with np.errstate(over="ignore"):  # of a broken message; what is too large is not shown
+        return scale * sampled(at, series.time_s, series.value, hold=True)
 
 
 def _of_units(data: MissionData, make: Callable[[int], np.ndarray]) -> Iterable[Line]:

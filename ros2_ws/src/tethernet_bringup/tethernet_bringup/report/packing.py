@@ -16,6 +16,8 @@ import numpy as np
 LEVELS = 65534
 """Numbers from the smallest to the largest value; the one after the last stands for a missing value."""
 MISSING = 65535
+_BEYOND = 1e30
+"""Nothing that was measured is so large."""
 _EFFORT = 6  # 9 takes six times as long for 7 % less
 
 
@@ -23,7 +25,7 @@ def pack(rows: np.ndarray, *, period: int = 1, finest: float = 0.0) -> dict[str,
     """Pack rows of numbers.
 
     Args:
-        rows: over time, shape (F, K); what is not finite counts as missing.
+        rows: over time, shape (F, K); what is not finite, or beyond 1e30, counts as missing.
         period: columns repeat with this period (3: x y z x y z ...); each of a period has its own smallest value, and
             all have one step.
         finest: the step from one number to the next is at least this, in units of the rows; larger only where the
@@ -35,7 +37,7 @@ def pack(rows: np.ndarray, *, period: int = 1, finest: float = 0.0) -> dict[str,
     rows = np.asarray(rows, float)
     count, columns = rows.shape
     grouped = rows.reshape(count, columns // period, period)
-    known = np.isfinite(grouped)
+    known = np.abs(grouped) < _BEYOND
     low = np.where(known, grouped, np.inf).min(axis=(0, 1), initial=np.inf)
     high = np.where(known, grouped, -np.inf).max(axis=(0, 1), initial=-np.inf)
     low, high = np.where(np.isfinite(low), low, 0.0), np.where(np.isfinite(high), high, 0.0)

@@ -43,7 +43,8 @@ def write(page: Page, path: Path) -> None:
         OSError: when it cannot be written.
     """
     path.parent.mkdir(parents=True, exist_ok=True)
-    write_text(path, html(page), durable=False)
+    # Names of files may hold what is no character.
+    write_text(path, html(page).encode("utf-8", "backslashreplace").decode("utf-8"), durable=False)
 
 
 def html(page: Page) -> str:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import functools
+import shlex
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
@@ -58,6 +59,7 @@ def _fly(make: Make, options: argparse.Namespace) -> int:
             return INTERRUPTED
         print(f"{options.output}: {len(cases)} missions")
         print("\n".join(report.table(results.rows)))
+        print(f"to look at maps and flights: tethernet campaign report {shlex.quote(str(options.output))}")
     return 0
 
 

@@ -49,7 +49,8 @@ function markPhases(flight) {
 }
 
 function stateAt(flight, time) {
-  const phase = flight.phases.filter((each) => each.time <= time + 1e-6).at(-1)?.name ?? "";
+  const until = time < flight.end - 1e-6 ? time + 1e-6 : Infinity; // the end may lie between two moments
+  const phase = flight.phases.filter((each) => each.time <= until).at(-1)?.name ?? "";
   const holds = flight.locked?.holds((time - flight.start) / flight.step);
   const pairs = holds ? `${holds} of ${flight.locked.columns} pairs locked` : "";
   return [phase, pairs].filter(Boolean).join(" · ");

@@ -60,7 +60,7 @@ export class Player {
   }
 }
 
-const own = "input, select, textarea, button, summary, a, .wide";
+const own = "input:not([type=range]), select, textarea, button, summary, a, .wide";
 
 /** Space plays and pauses, arrows step, Home and End go to the ends, digits choose a view. */
 export function listenToKeys(player, chooseView) {

@@ -105,8 +105,8 @@ export class View {
       camera.position.copy(chaser).add(new Vector3(0, 1.1 * chaserSide, 0));
       controls.target.copy(center);
       const share = radius / Math.max(camera.position.distanceTo(center), 1e-6);
-      const angle = (2 * Math.asin(Math.min(share, 0.6)) * 180) / Math.PI;
-      camera.fov = Math.min(Math.max(1.05 * angle, 6), 62) / Math.min(aspect, 1);
+      const angle = (2 * Math.asin(Math.min(share, 0.75)) * 180) / Math.PI;
+      camera.fov = Math.min(Math.max(1.05 * angle, 6), 76) / Math.min(aspect, 1);
     } else {
       camera.fov = FIELD_DEG;
       const half = Math.atan(Math.tan((0.5 * FIELD_DEG * Math.PI) / 180) * Math.min(aspect, 1));
