@@ -1,3 +1,4 @@
+import fcntl
 import subprocess
 import sys
 import textwrap
@@ -48,7 +49,7 @@ def test_segments_that_nobody_noted_are_known_by_their_age(tmp_path, monkeypatch
     before.touch()
     began_s = before.stat().st_ctime
     until(lambda: time.time() > began_s + 0.02, "no time has passed")
-    for name in ("fastrtps_00000000000000bb", "fastrtps_00000000000000bb_el", "fastrtps_port7400", "other"):
+    for name in ("fastrtps_00000000000000bb", "fastrtps_00000000000000bb_el", "fastrtps_port7399", "other"):
         (tmp_path / name).touch()
     until(lambda: shared_memory.made_since(began_s), "the new segment is not found")
     assert shared_memory.made_since(began_s) == {"fastrtps_00000000000000bb"}
@@ -64,17 +65,21 @@ def test_a_lock_without_its_segment_is_swept_too(tmp_path, monkeypatch):
     assert not list(tmp_path.iterdir())
 
 
-def test_a_port_that_was_only_half_made_is_swept_too(tmp_path, monkeypatch):
+def test_ports_that_nobody_noted_go_with_or_without_a_lock_unless_somebody_holds_it(tmp_path, monkeypatch):
     monkeypatch.setattr(shared_memory, "FOLDER", tmp_path)
     monkeypatch.setattr(shared_memory, "YOUNG_S", 0.0)
     before, low = tmp_path / "fastrtps_port7412", tmp_path / "fastrtps_port7001"
     before.touch()
     began_s = before.stat().st_ctime
     until(lambda: time.time() > began_s + 0.02, "no time has passed")
-    half, whole = tmp_path / "fastrtps_port7410", tmp_path / "fastrtps_port7414"
-    for path in (low, half, tmp_path / f"sem.{half.name}_mutex", whole, tmp_path / f"{whole.name}_el"):
+    half, whole, living = (tmp_path / f"fastrtps_port{number}" for number in (7410, 7414, 7416))
+    for path in (low, half, whole, living):
         path.touch()
-    until(lambda: shared_memory.half_made_ports(began_s), "the port is not found")
-    assert shared_memory.left_since(began_s) == {half.name}
-    assert shared_memory.clean(shared_memory.left_since(began_s)) == [half.name]
-    assert {path.name for path in tmp_path.iterdir()} == {before.name, low.name, whole.name, f"{whole.name}_el"}
+        (tmp_path / f"sem.{path.name}_mutex").touch()
+    (tmp_path / f"{whole.name}_el").touch()
+    with (tmp_path / f"{living.name}_sl").open("w") as lock:
+        fcntl.flock(lock, fcntl.LOCK_SH)
+        until(lambda: len(shared_memory.left_since(began_s)) == 3, "the ports are not found")
+        assert shared_memory.clean(shared_memory.left_since(began_s)) == [half.name, whole.name]
+    others = {f"{what}{path.name}{more}" for path in (low, living) for what, more in (("", ""), ("sem.", "_mutex"))}
+    assert {path.name for path in tmp_path.iterdir()} == {before.name, f"{living.name}_sl", *others}

@@ -1,16 +1,14 @@
 import os
 import signal
-import subprocess
 import sys
 import textwrap
 import time
-import uuid
 from pathlib import Path
 from xml.etree import ElementTree
 
 import pytest
 
-from tethernet_bringup.mission import dds_profile, shared_memory, supervisor
+from tethernet_bringup.mission import dds_profile, supervisor
 from tethernet_bringup.mission.supervisor import NodeProcess, Supervisor, mission_environment
 from tethernet_bringup.mission.supervisor_settings import SupervisorParameters
 from tethernet_core.parameters import load
@@ -193,125 +191,6 @@ def test_a_killed_node_is_named_by_its_signal(crew, tmp_path):
 def test_nodes_do_not_get_the_terminals_interrupt(crew, tmp_path):
     crew.start(NodeProcess("sim", "polite", arguments=(str(tmp_path / "sim"),)))
     until(lambda: os.getsid(crew.pids["sim"]) == crew.pids["sim"], "it stays in the terminal's session")
-
-
-def test_nodes_end_when_the_supervisor_is_killed(modules, logs, tmp_path):
-    code = f"""
-        from pathlib import Path
-        from tethernet_bringup.mission.supervisor import *
-        from tethernet_core.parameters import load
-        logs = Path({str(logs)!r})
-        crew = Supervisor(logs, mission_environment(1, "localhost", logs), load(SupervisorParameters))
-        crew.start(NodeProcess("sim", "polite", arguments=({str(tmp_path / "sim")!r},)))
-        crew.start(NodeProcess("recorder", "polite", arguments=({str(tmp_path / "recorder")!r},)))
-        print(*crew.pids.values(), flush=True)
-        input()
-    """
-    process = subprocess.Popen(
-        [sys.executable, "-c", textwrap.dedent(code)], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
-    )
-    pids = [int(word) for word in process.stdout.readline().split()]
-    until(lambda: all("ready" in (logs / f"{name}.log").read_text() for name in ("sim", "recorder")), "not ready")
-    process.kill()
-    assert process.wait(timeout=DEADLINE_S) == -signal.SIGKILL
-    until(lambda: all(gone(pid) for pid in pids), "nodes outlived their supervisor")
-    assert (tmp_path / "sim").read_text() == "SIGINT"
-    process.stdin.close()
-    process.stdout.close()
-
-
-def test_a_node_that_hangs_does_not_outlive_a_supervisor_that_is_killed(modules, logs, tmp_path):
-    code = f"""
-        from pathlib import Path
-        from tethernet_bringup.mission.supervisor import *
-        from tethernet_core.parameters import load
-        logs = Path({str(logs)!r})
-        crew = Supervisor(logs, mission_environment(1, "localhost", logs), load(SupervisorParameters))
-        for name in ("sim", "planner"):
-            crew.start(NodeProcess(name, "polite", arguments=(f"{tmp_path}/{{name}}",)))
-        print(*crew.pids.values(), flush=True)
-        input()
-    """
-    process = subprocess.Popen(
-        [sys.executable, "-c", textwrap.dedent(code)], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
-    )
-    pids = [int(word) for word in process.stdout.readline().split()]
-    until(lambda: all("ready" in (logs / f"{name}.log").read_text() for name in ("sim", "planner")), "not ready")
-    os.kill(pids[0], signal.SIGSTOP)
-    process.kill()
-    process.wait(timeout=DEADLINE_S)
-    try:
-        until(lambda: all(gone(pid) for pid in pids), "a node outlived its supervisor")
-    finally:
-        for pid in pids:
-            if not gone(pid):
-                os.kill(pid, signal.SIGKILL)
-    assert [(tmp_path / name).exists() for name in ("sim", "planner")] == [False, True], "the other ended in order"
-    process.stdin.close()
-    process.stdout.close()
-
-
-HOLDING = """
-    import mmap, signal, sys
-    maps = []
-    for name in sys.argv[1:]:
-        with open("/dev/shm/" + name, "rb") as file:
-            maps.append(mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ))
-    signal.signal(signal.SIGINT, lambda *_: sys.exit(0))
-    print("ready", flush=True)
-    signal.pause()
-"""
-
-
-@pytest.fixture
-def segments():
-    """Names of pretended segments, real files in the folder of all: of the command, of a node, shared, another's."""
-    names = [f"fastrtps_{uuid.uuid4().hex[:16]}" for _ in range(4)]
-    for name in names:
-        (shared_memory.FOLDER / name).write_bytes(bytes(4096))
-    (shared_memory.FOLDER / f"{names[0]}_el").touch()
-    yield names
-    for name in names:
-        for left in shared_memory.FOLDER.glob(f"*{name}*"):
-            left.unlink()
-
-
-def test_the_shared_memory_of_a_killed_command_goes_and_nobody_elses(modules, logs, segments):
-    (modules / "holding.py").write_text(textwrap.dedent(HOLDING))
-    the_commands, a_nodes, shared, another = segments
-    other = subprocess.Popen(
-        [sys.executable, modules / "holding.py", shared, another], stdout=subprocess.PIPE, text=True
-    )
-    assert other.stdout.readline() == "ready\n"
-    code = f"""
-        from pathlib import Path
-        from tethernet_bringup.mission.supervisor import *
-        from tethernet_core.parameters import load
-        logs = Path({str(logs)!r})
-        crew = Supervisor(logs, mission_environment(1, "localhost", logs), load(SupervisorParameters))
-        crew.start(NodeProcess("sim", "holding", arguments={(the_commands, a_nodes)!r}))
-        crew.start(NodeProcess("planner", "holding", arguments={(the_commands, shared)!r}))
-        print(*crew.pids.values(), flush=True)
-        input()
-    """
-    process = subprocess.Popen(
-        [sys.executable, "-c", textwrap.dedent(code)], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
-    )
-    try:
-        pids = [int(word) for word in process.stdout.readline().split()]
-        until(lambda: all("ready" in (logs / f"{name}.log").read_text() for name in ("sim", "planner")), "not ready")
-        process.kill()
-        process.wait(timeout=DEADLINE_S)
-        until(lambda: all(gone(pid) for pid in pids), "nodes outlived their supervisor")
-        until(lambda: not list(shared_memory.FOLDER.glob(f"{the_commands}*")), "the command's segment is still there")
-        until(lambda: not (shared_memory.FOLDER / a_nodes).exists(), "a node's segment is still there")
-        assert all((shared_memory.FOLDER / name).exists() for name in segments[2:]), "these are others'"
-    finally:
-        process.kill()
-        other.kill()
-        for stream in (process.stdin, process.stdout, other.stdout):
-            stream.close()
-        other.wait()
 
 
 def test_the_environment_is_built_and_not_inherited(tmp_path):

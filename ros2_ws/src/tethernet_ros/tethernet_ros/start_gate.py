@@ -7,7 +7,9 @@ they need, which takes them longer than that. A node that was started by itself 
 from __future__ import annotations
 
 import os
+import time
 
+_END_S = 6.0
 _gate: int | None = None
 
 
@@ -22,7 +24,9 @@ def close_gate(descriptor: int) -> None:
 
 
 def pass_gate() -> None:
-    """Wait until this process may join the graph; it ends here, in order, where nobody is left to let it in."""
+    """Wait until this process may join the graph; where nobody is left to let it in, it ends here, with time for what
+    watches over it to see to that in order.
+    """
     global _gate
     if _gate is None:
         return
@@ -30,4 +34,5 @@ def pass_gate() -> None:
     let_in = os.read(descriptor, 1)
     os.close(descriptor)
     if not let_in:
+        time.sleep(_END_S)
         os._exit(0)

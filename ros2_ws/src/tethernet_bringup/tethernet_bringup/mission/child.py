@@ -67,6 +67,8 @@ class Surroundings:
     """Descriptor of the pipe from which it is let into the graph."""
     environment: Mapping[str, str]
     """Its environment variables."""
+    began_s: float
+    """When the supervisor began, before any process of the mission made shared memory: seconds since the epoch."""
 
 
 def fork(name: str, module: str, arguments: Sequence[str], surroundings: Surroundings) -> ForkedProcess:
@@ -102,7 +104,8 @@ def _live(name: str, module: str, arguments: Sequence[str], surroundings: Surrou
     try:
         _settle(surroundings)
         process_title.show([sys.executable, "-P", "-m", module, *arguments], name)
-        watch = threading.Thread(target=_end_with_supervisor, args=(time.time(),), name="supervisor-watch", daemon=True)
+        watch = threading.Thread(target=_end_with_supervisor, args=(surroundings.began_s,), name="supervisor-watch")
+        watch.daemon = True
         watch.start()
         sys.argv = [module, *arguments]
         runpy.run_module(module, run_name="__main__", alter_sys=True)

@@ -36,10 +36,10 @@ def held_by(pids: Iterable[int]) -> set[str]:
 
 
 def made_since(time_s: float) -> set[str]:
-    """Names of this user's segments, without ports, that were made after a time, and not just now.
+    """Names of this user's segments and domain ports that were made after a time, and not just now.
 
-    Where a process was killed before anybody noted its segment, only its age tells whose mission it was. A living
-    owner's is kept by :func:`clean`.
+    Where a process was killed before anybody noted its segment, or came no further than half a port for want of file
+    handles, only the age tells whose mission it was. A living owner's is kept by :func:`clean`.
 
     Args:
         time_s: seconds since the epoch.
@@ -51,7 +51,8 @@ def made_since(time_s: float) -> set[str]:
             there = path.stat()
         except OSError:  # gone meanwhile
             continue
-        if name and name[2] is None and there.st_uid == os.getuid() and time_s < there.st_ctime < time.time() - YOUNG_S:
+        ours = name and (name[2] is None or int(name[2]) >= _FIRST_DOMAIN_PORT) and there.st_uid == os.getuid()
+        if ours and time_s < there.st_ctime < time.time() - YOUNG_S:
             found.add(path.name)
     return found
 
@@ -62,7 +63,7 @@ def left_since(time_s: float) -> set[str]:
     Args:
         time_s: seconds since the epoch, before the first of them was started.
     """
-    return made_since(time_s) | abandoned_locks() | half_made_ports(time_s)
+    return made_since(time_s) | abandoned_locks()
 
 
 def abandoned_locks() -> set[str]:
@@ -76,27 +77,6 @@ def abandoned_locks() -> set[str]:
                     found.add(name[1])
             except OSError:  # gone meanwhile
                 continue
-    return found
-
-
-def half_made_ports(time_s: float) -> set[str]:
-    """Names of this user's domain ports that lack a lock, and were made after a time and not just now: whoever wanted
-    to make one came no further, for want of file handles say. That it is nobody's is seen to by :func:`clean`.
-
-    Args:
-        time_s: seconds since the epoch.
-    """
-    found = set()
-    for path in FOLDER.glob("fastrtps_port*"):
-        name = _NAME.search(f"/{path.name}")
-        if name is None or int(name[2]) < _FIRST_DOMAIN_PORT or any(lock.exists() for lock in _locks(path.name)):
-            continue
-        try:
-            there = path.stat()
-        except OSError:  # gone meanwhile
-            continue
-        if there.st_uid == os.getuid() and time_s < there.st_ctime < time.time() - YOUNG_S:
-            found.add(path.name)
     return found
 
 

@@ -162,7 +162,9 @@ class Supervisor:
         if self._pipe is None:
             raise RuntimeError(f"{node.name} cannot be started: this supervisor has stopped; make another one")
         with self._log_path(node.name).open("wb") as log:
-            surroundings = child.Surroundings(self._pipe[0], log.fileno(), self._gate[0], self._environment)
+            surroundings = child.Surroundings(
+                self._pipe[0], log.fileno(), self._gate[0], self._environment, self._began_s
+            )
             process = child.fork(node.name, node.module, node.arguments, surroundings)
         self._processes[node.name] = (node, process)
         if self._gate_open:

@@ -35,7 +35,7 @@ def start(began_s: float) -> None:
     It is known by then what the nodes map, if all of them wait for :data:`HEAD_START_S` before they end.
 
     Args:
-        began_s: when this process started, seconds since the epoch: before any node of the mission made a segment.
+        began_s: seconds since the epoch, before any process of the mission made a segment.
     """
     try:
         place = socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM)
@@ -55,7 +55,7 @@ def start(began_s: float) -> None:
 def main() -> None:
     """Wait for the end of the nodes, kill those that do not come to it, then remove what they have left.
 
-    The command line tells when they began and what they map so far.
+    The command line tells when the mission began and what they map so far.
     """
     pipe, began_s, names = _pipe_of("self"), float(sys.argv[1]), set(sys.argv[2:])
     began = time.monotonic()
