@@ -139,6 +139,24 @@ def test_its_shared_memory_goes_where_no_node_was_let_in_yet(tmp_path):
         assert command.log("sim") == "ready\n"
 
 
+ENDED_IN_ORDER = 7
+GATE = f"""if True:
+    import os, signal, threading
+    from tethernet_ros.start_gate import close_gate, pass_gate
+    reading, writing = os.pipe()
+    os.close(writing)
+    signal.signal(signal.SIGINT, lambda *_: os._exit({ENDED_IN_ORDER}))
+    threading.Timer(0.3, os.kill, (os.getpid(), signal.SIGINT)).start()
+    close_gate(reading)
+    pass_gate()
+"""
+
+
+def test_a_node_that_nobody_lets_in_any_more_leaves_its_end_to_what_watches_over_it():
+    done = subprocess.run([sys.executable, "-c", GATE], timeout=DEADLINE_S, check=False)
+    assert done.returncode == ENDED_IN_ORDER
+
+
 @pytest.fixture
 def segments():
     """Names of pretended segments, real files in the folder of all: of the command, of a node, shared, another's."""
