@@ -125,6 +125,7 @@ def _mission(
     fuels = [float(value) for name, value in row.items() if name.startswith("fuel_kg_mu") and value is not None]
     named = " ".join(shlex.quote(str(file)) for file in files)
     verdict = page.said_once("captured" if row.get("captured") else "not captured", str(row.get("verdict") or ""))
+    verdict += f"; {row['hold_verdict']}" if row.get("hold_verdict") else ""
     again = ends.get(number)
     if again is not None and (again.captured, again.locked_pairs) != (row.get("captured"), row.get("locked_pairs")):
         verdict += f"; flown again for this page, with other code than then: {again.verdict}"

@@ -121,7 +121,7 @@ function listOf(missions, choose, table) {
   return { more, filter, rows };
 }
 
-/** Fills the page's parts for a campaign; `show(mission)` is called with the one that is chosen. */
+/** Fills the page's parts for a campaign; `show(mission)` is called with the one that is chosen, first of all one with a flight. */
 export function campaign(content, page, show) {
   const { missions } = content;
   const marked = [];
@@ -132,7 +132,7 @@ export function campaign(content, page, show) {
       place.classList.add("chosen");
       marked.push(place);
     }
-    show(mission);
+    return show(mission);
   };
   const maps = content.maps.map((map) => drawMap(map, missions, choose));
   page.maps.append(...maps.map((map) => map.figure));
@@ -150,5 +150,5 @@ export function campaign(content, page, show) {
   tell(list.more());
   page.campaign.hidden = false;
   const first = missions.find((mission) => mission.flight !== null) ?? missions[0];
-  if (first) choose(first);
+  return first ? choose(first) : undefined;
 }

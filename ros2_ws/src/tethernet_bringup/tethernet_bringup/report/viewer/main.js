@@ -11,6 +11,7 @@ const page = Object.fromEntries([...document.querySelectorAll("[data-part]")].ma
 const asked = new URLSearchParams(location.hash.slice(1));
 const player = new Player();
 let stage = null;
+let newest = 0; // of the flights that were asked for: an older one that unpacks slowly is not shown over it
 
 function makeStage() {
   try {
@@ -57,10 +58,14 @@ function stateAt(flight, time) {
 }
 
 async function showFlight(number) {
+  newest += 1;
+  const wanted = newest;
   const flight = await unpackFlight(content.flights[number]);
+  if (wanted !== newest) return;
   const geometry = content.systems[flight.system] ?? null;
   const trigger = flight.phases.find(({ name }) => name === "closing")?.time ?? flight.end;
-  page.stage.hidden = page.controls.hidden = flight.count === 0;
+  page.controls.hidden = flight.count === 0;
+  page.stage.hidden = page.views.hidden = page.hint.hidden = flight.count === 0 || stage === null;
   if (flight.count && stage) stage.show(flight, geometry);
   for (const part of ["aim", "goal", "thrust", "tether", "locked"]) {
     const there = { aim: flight.aiming, goal: flight.closing.length, thrust: flight.thrust, tether: geometry?.tether && flight.chaser, locked: flight.locked }[part];
@@ -97,7 +102,7 @@ async function start() {
     if (page.flight) page.phase.textContent = stateAt(page.flight, player.time);
   });
   if (content.missions) {
-    campaign(content, page, showMission);
+    await campaign(content, page, showMission);
   } else if (content.flights.length) {
     await showFlight(0);
   } else {
