@@ -103,8 +103,9 @@ def _nodes(system: System, period_s: float) -> dict[str, Any]:
     for endpoint in endpoints:
         nodes[endpoint.node]["publishes" if endpoint.publishes else "subscribes"].append(endpoint.topic)
     # What nobody waits for at the start is published and recorded all the same.
-    nodes[SIM]["publishes"] += [topics.NET_MARKERS, topics.DIAGNOSTICS]
-    nodes[RECORDER]["subscribes"] += [topics.NET_MARKERS, topics.DIAGNOSTICS]
+    others = [topics.NET_MARKERS, topics.NET_POINTS, topics.DIAGNOSTICS]
+    nodes[SIM]["publishes"] += others
+    nodes[RECORDER]["subscribes"] += others
     nodes[MONITOR]["subscribes"].append(topics.SIM_STATUS)
     for node in nodes.values():
         heard = [endpoint.topic for endpoint in endpoints if not endpoint.publishes]

@@ -177,7 +177,7 @@ def test_a_torn_bag_is_analysed_as_far_as_it_goes(run, tmp_path, coarse, capsys)
         (["/mission/state"], "no phases, times count from the first message", PICTURES),
         (["/mu3/odom", "/mu3/status"], "no /muN/status of MU 3: no tracking error and no fuel", PICTURES),
         (MU_TOPICS, "no /muN/thrust of any MU: no thrust", PICTURES - {"thrust.png", "fuel.png"}),
-        (["/clock", "/tf", "/sim/status"], "", PICTURES),
+        (["/clock", "/tf", "/sim/status"], "no /clock, /tf, /sim/status: nothing here needs them", PICTURES),
     ],
 )
 def test_what_is_missing_is_told_and_the_rest_is_drawn(tmp_path, coarse, capsys, without, note, drawn):

@@ -197,7 +197,8 @@ def start(probe):
 
 def wait_until_connected(probe, nodes):
     """Wait until every publisher of these nodes has found a subscriber; what nobody listens to here does not count."""
-    unheard = {topics.TF, topics.NET_MARKERS, topics.CHASER_ODOMETRY, topics.SIM_STATUS, topics.DIAGNOSTICS}
+    pictures = {topics.TF, topics.NET_MARKERS, topics.NET_POINTS}
+    unheard = pictures | {topics.CHASER_ODOMETRY, topics.SIM_STATUS, topics.DIAGNOSTICS}
     deadline = time.monotonic() + PATIENCE_S
     for node in nodes:
         while time.monotonic() < deadline:

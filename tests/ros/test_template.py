@@ -92,7 +92,7 @@ def test_a_number_that_is_not_finite_is_noticed():
 @pytest.mark.parametrize("system", ["zenit_4mu", "envisat_8mu", "passive_5m"])
 def test_markers_draw_every_thread_and_the_whole_debris(system):
     described = load_system(system)
-    markers = {marker.ns: marker for marker in decoded(Markers(described)._template).markers}
+    markers = {marker.ns: marker for marker in decoded(Markers(described, 5.0)._template).markers}
     assert len(markers["net"].points) == 2 * described.net.thread_count
     _, faces = described.debris.shape.triangles()
     assert (markers["debris"].type, len(markers["debris"].points)) == (Marker.TRIANGLE_LIST, 3 * len(faces))

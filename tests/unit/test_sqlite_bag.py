@@ -52,8 +52,10 @@ def change(path, *statements):
 
 
 def table(bag, capsys):
+    """What is printed but for the bag's name and for losses, of which SQLite keeps no count."""
     assert analyse([str(bag), "--no-plots"]) == 0
-    return capsys.readouterr().out.splitlines()[1:]
+    lines = capsys.readouterr().out.splitlines()[1:]
+    return [line.replace("none lost on the way", "what was lost on the way is not counted") for line in lines]
 
 
 def test_the_table_of_an_sqlite_bag_is_that_of_the_mcap_bag(bags, capsys):
@@ -139,9 +141,3 @@ def test_rubbish_that_begins_like_a_database_is_refused(database):
     database.write_bytes(b"SQLite format 3\0" + bytes(5000))
     with pytest.raises(NotABagError, match="cannot be read as an SQLite bag"):
         list(open_bag(database).messages())
-
-
-def test_a_bag_compressed_as_a_whole_is_named(tmp_path):
-    (tmp_path / "bag_0.db3.zstd").touch()
-    with pytest.raises(NotABagError, match="zstd -d"):
-        open_bag(tmp_path)

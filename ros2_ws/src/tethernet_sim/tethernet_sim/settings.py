@@ -94,7 +94,7 @@ class SimNodeParameters:
         unit="s", low=0.01, high=600.0,
     )  # fmt: skip
     sim_status_every: int = parameter("Control ticks between two status messages", low=1, high=100000)
-    markers_every: int = parameter("Control ticks between two pictures for RViz", low=1, high=100000)
+    markers_every: int = parameter("Control ticks between two pictures, markers and points", low=1, high=100000)
 
 
 @dataclass(frozen=True)

@@ -39,7 +39,8 @@ def parse(argv: Sequence[str]) -> argparse.Namespace:
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the options."""
     add = parser.add_argument
-    add("bag", type=Path, metavar="BAG", help="a run's folder, a bag's folder, a .mcap or .db3 file; it is only read")
+    what = "a run's folder, a bag's folder, a .mcap or .db3 file, split or compressed too; it is only read"
+    add("bag", type=Path, metavar="BAG", help=what)
     add("--output", type=Path, metavar="DIR", help="folder for all files; default: analysis in the run's folder")
     add("--format", choices=FORMATS, default="png", help="of the pictures; default png")
     add("--json", action="store_true", help="write the table to DIR/analysis.json, too")

@@ -8,14 +8,27 @@ from typing import Any
 
 import numpy as np
 
-from tethernet_bringup.analysis.mission_data import MissionData, TopicCount
+from tethernet_bringup.analysis.mission_data import MissionData
 from tethernet_bringup.analysis.series import Series
+from tethernet_bringup.analysis.topic_count import TopicCount
+from tethernet_bringup.bags.run_info import IDENTIFYING
 from tethernet_core.mission import Phase
 from tethernet_core.settings import NANOSECOND_S
+from tethernet_ros import topics
 
 SETTLED_S = 10.0
 """Errors are judged from so long after launch on [s]: before, the MUs are still catching up with the line."""
 _GAP_FACTOR = 1.5
+_NOT_NEEDED = (
+    topics.CLOCK,
+    topics.PLANNER_HEARTBEAT,
+    topics.NET_MARKERS,
+    topics.NET_POINTS,
+    topics.TF,
+    topics.SIM_STATUS,
+    topics.DIAGNOSTICS,
+)
+"""Topics of a mission that say nothing which is not in others, too, or which is not looked at here."""
 
 
 @dataclass(frozen=True)
@@ -158,7 +171,8 @@ class TopicReport:
     longest_gap_s: float
     gaps: int
     """Pauses of more than 1.5 times the usual one; only counted on topics with a regular beat."""
-    never_arrived: int
+    never_arrived: int | None
+    """Messages that the publisher counted and the recorder did not get; None where the recorder kept no counters."""
 
 
 def topic_report(name: str, topic: TopicCount) -> TopicReport:
@@ -174,7 +188,7 @@ def topic_report(name: str, topic: TopicCount) -> TopicReport:
         rate_hz=1.0 / usual if len(steps) else math.nan,
         longest_gap_s=float(steps.max()) if len(steps) else math.nan,
         gaps=int((steps > _GAP_FACTOR * usual).sum()) if regular else 0,
-        never_arrived=0 if topic.shared else topic.never_arrived,
+        never_arrived=None if not topic.is_counted else 0 if topic.shared else topic.never_arrived,
     )
 
 
@@ -209,11 +223,18 @@ def missing(data: MissionData) -> list[str]:
     for series, topic, cost in (
         (data.net, "/net/state", "the net is not drawn"),
         (data.debris, "/debris/odom", "the debris is not drawn"),
+        (data.chaser, "/chaser/odom", "the chaser is not drawn"),
         (data.assessments, "/capture/assessment", "no capture quality and no verdict"),
         (data.states, "/mission/state", "no phases, times count from the first message"),
     ):
         if not len(series):
             lacks.append(f"no {topic}: {cost}")
+    unused = [name for name in _NOT_NEEDED if name not in data.topics]
+    if unused:
+        lacks.append(f"no {', '.join(unused)}: nothing here needs {'it' if len(unused) == 1 else 'them'}")
+    if not any(name in data.facts for name in IDENTIFYING):
+        taken = f"the system is taken to be {data.system.name}" if data.system else "the system is not known"
+        lacks.append(f"no facts about the run (policy, seed, parameters): {taken}")
     for name, topic, cost in (
         ("load_share", "/net/state", "no loads"),
         ("enclosed", "/capture/assessment", "no MCQI, not known whether the debris is enclosed or held"),

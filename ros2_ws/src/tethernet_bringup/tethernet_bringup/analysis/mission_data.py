@@ -1,8 +1,9 @@
 """A recorded mission as series of numbers over time, read from a bag in bounded memory.
 
-The bag is read once for the series, and :mod:`tethernet_bringup.analysis.snapshots` reads it again for the few
-moments at which the whole net is looked at. Times count from the launch [s]; where no launch is recorded, from the
-first message.
+The bag is read once for the mission's clock and once for the series, and :mod:`tethernet_bringup.analysis.snapshots`
+reads it again for the few moments at which the whole net is looked at. Times are those of stamps, whatever the recorder
+took for the time of recording (:mod:`tethernet_bringup.analysis.mission_clock`); they count from the launch [s]; where
+no launch is recorded, from the first message.
 """
 
 from __future__ import annotations
@@ -20,7 +21,9 @@ import numpy.typing as npt
 import yaml
 
 from tethernet_bringup.analysis.decoder import Decoder
+from tethernet_bringup.analysis.mission_clock import MissionClock, mission_clock
 from tethernet_bringup.analysis.series import Series
+from tethernet_bringup.analysis.topic_count import TopicCount
 from tethernet_bringup.bags.errors import NotABagError
 from tethernet_bringup.bags.reader import BagMessage, BagReader
 from tethernet_bringup.bags.run_info import DESCRIPTION, PARAMETERS, TEXTS
@@ -83,29 +86,6 @@ class PhaseChange:
 
 
 @dataclass
-class TopicCount:
-    """How completely a topic is recorded."""
-
-    type_name: str
-    times: array[int] = field(default_factory=lambda: array("q"))
-    """Log times [ns]."""
-    never_arrived: int = 0
-    """Messages that the publisher counted and the recorder did not get."""
-    newest: int = -1
-    shared: bool = False
-    """Several publishers: their counters say nothing."""
-
-    def count(self, log_time: int, sequence: int) -> None:
-        """Count one message."""
-        self.times.append(log_time)
-        if sequence < self.newest:
-            self.shared = True
-        elif 0 <= self.newest < sequence - 1:
-            self.never_arrived += sequence - 1 - self.newest
-        self.newest = sequence
-
-
-@dataclass
 class MissionData:
     """A mission as recorded."""
 
@@ -147,6 +127,8 @@ class MissionData:
     """Fields that messages of this recording do not have, because it was made before there were any."""
     net_stamps: array[int] = field(default_factory=lambda: array("q"))
     """Of every /net/state in the order of the bag [ns]."""
+    node_count: int | None = None
+    """Nodes of the net, by /net/state; None where that is not recorded."""
     topics: dict[str, TopicCount] = field(default_factory=dict)
     problems: list[str] = field(default_factory=list)
     """What is wrong with the bag."""
@@ -205,16 +187,20 @@ class MissionData:
 
     @functools.cached_property
     def system(self) -> System | None:
-        """What was flown, as the recording describes it; in one from before it did, the shipped system of that time
-        with as many units. None where there is no such, or the description cannot be read.
+        """What was flown, as the recording describes it; in one that does not, the shipped system of the paper with as
+        many units and, where the net is recorded, as many nodes. None where there is no such, or the description cannot
+        be read.
         """
         try:
             if DESCRIPTION in self.facts:
                 return system_from_text(self.facts[DESCRIPTION], source="the recording's description")
-            return next((system for system in family() if system.unit_count == self.mu_count), None)
+            return next(filter(self._is_like, family()), None)
         except DescriptionError as error:
             self.problems.append(f"what was flown is not known: {shown(error)}")
             return None
+
+    def _is_like(self, system: System) -> bool:
+        return system.unit_count == self.mu_count and self.node_count in (None, system.net.node_count)
 
     @property
     def parameters(self) -> Any:
@@ -235,8 +221,8 @@ def load(bag: BagReader) -> MissionData:
         NotABagError: when there is no message in it, or none of a mission's topics.
         BagError: when it cannot be read.
     """
-    data = MissionData()
-    reader = _Reader(bag, data)
+    data, decode = MissionData(), Decoder()
+    reader = _Reader(bag, data, decode, mission_clock(bag, decode))
     for message in bag.messages():
         reader.take(message)
     data.problems = list(bag.problems)
@@ -253,10 +239,11 @@ def load(bag: BagReader) -> MissionData:
 
 
 class _Reader:
-    def __init__(self, bag: BagReader, data: MissionData):
+    def __init__(self, bag: BagReader, data: MissionData, decode: Decoder, clock: MissionClock):
         self._bag = bag
         self._data = data
-        self._decode = Decoder()
+        self._decode = decode
+        self._clock = clock
         self.used = 0
         self._takers: dict[str, Callable[[Any], None]] = {
             topics.MISSION_STATE: self._state,
@@ -268,9 +255,11 @@ class _Reader:
 
     def take(self, message: BagMessage) -> None:
         data = self._data
+        kind = self._bag.topics[message.topic].message_type
         if message.topic not in data.topics:
-            data.topics[message.topic] = TopicCount(self._bag.topics[message.topic].message_type.name)
-        data.topics[message.topic].count(message.log_time, message.sequence)
+            data.topics[message.topic] = TopicCount(kind.name)
+        time_ns = self._clock.time_ns(self._decode.stamp_ns(kind, message.data), message.log_time)
+        data.topics[message.topic].count(time_ns, message.sequence)
         taker = self._takers.get(message.topic)
         if taker is None:
             found = _MU_TOPIC.match(message.topic)
@@ -278,8 +267,8 @@ class _Reader:
                 return
             taker = self._takers[message.topic] = self._mu_taker(int(found[1]), found[2])
         try:
-            decoded = self._decode(self._bag.topics[message.topic].message_type, message.data)
-            _date(decoded.header.stamp, message.log_time)
+            decoded = self._decode(kind, message.data)
+            _date(decoded.header.stamp, time_ns)
             taker(decoded)
             self.used += 1
         except (ValueError, AttributeError):  # damaged, or a topic of ours with another type
@@ -343,6 +332,7 @@ class _Reader:
     def _net(self, message: NetState) -> None:
         stamp = _stamp(message)
         self._data.net_stamps.append(stamp)
+        self._data.node_count = len(message.knot_positions) // 3
         self._data.net.add(stamp, *_xyz(message.center_of_mass))
         self._data.locked.add(stamp, float(np.count_nonzero(message.locked)))
         self._data.tether.add(stamp, message.tether_tension)
@@ -368,7 +358,7 @@ def _nanoseconds(stamp: Time) -> int:
 
 
 def _date(stamp: Time, time_ns: int) -> None:
-    """Set a stamp that nobody has set: the message was sent before its node knew the time, and the bag knows when."""
+    """Set a stamp that nobody has set: the message was sent before its node knew the time, and others tell it."""
     if not _nanoseconds(stamp):
         stamp.sec, stamp.nanosec = divmod(time_ns, 1_000_000_000)
 

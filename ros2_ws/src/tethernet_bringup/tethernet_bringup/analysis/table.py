@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Any
 
@@ -89,7 +89,7 @@ def summary(data: MissionData, bag: Path) -> dict[str, Any]:
             "error_source": error_source(data),
             "per_mu": [vars(report(data, mu)) for mu in sorted(data.mus)],
             "messages": sum(topic.messages for topic in topics),
-            "never_arrived": sum(topic.never_arrived for topic in topics),
+            "never_arrived": _sum_of_known(topic.never_arrived for topic in topics),
             "topics": {
                 topic.name: {key: value for key, value in vars(topic).items() if key != "name"} for topic in topics
             },
@@ -198,8 +198,9 @@ def _mu_table(content: dict[str, Any]) -> list[str]:
 
 def _topic_table(content: dict[str, Any]) -> list[str]:
     lost = content["never_arrived"]
+    losses = "what was lost on the way is not counted" if lost is None else f"{lost or 'none'} lost on the way"
     lines = [
-        f"{content['messages']} messages on {len(content['topics'])} topics, {lost or 'none'} lost on the way",
+        f"{content['messages']} messages on {len(content['topics'])} topics, {losses}",
         f"{'topic':<24}{'messages':>18}{'Hz':>7}{'longest gap [s]':>18}{'gaps':>7}{'lost':>7}",
     ]
     for name, row in _grouped(content["topics"]).items():
@@ -228,7 +229,7 @@ def _grouped(topics: dict[str, dict[str, Any]]) -> dict[str, dict[str, str]]:
             "rate": _number(_extreme(min, rows, "rate_hz"), 1),
             "gap": _number(_extreme(max, rows, "longest_gap_s"), 2),
             "gaps": str(sum(row["gaps"] for row in rows) or "-"),
-            "lost": str(sum(row["never_arrived"] for row in rows) or "-"),
+            "lost": str(_sum_of_known(row["never_arrived"] for row in rows) or "-"),
         }
     return result
 
@@ -250,6 +251,11 @@ def decisions(content: dict[str, Any]) -> str:
         return "-"
     most = max((row["ticks"] for row in late), default=0)
     return f"{len(late)} of {count} late, by {most} ticks at most" if late else "all in time"
+
+
+def _sum_of_known(counts: Iterable[int | None]) -> int | None:
+    known = [count for count in counts if count is not None]
+    return sum(known) if known else None
 
 
 def _extreme(which: Callable[..., float | None], rows: list[dict[str, Any]], key: str) -> float | None:

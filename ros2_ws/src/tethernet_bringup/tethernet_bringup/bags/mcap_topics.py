@@ -14,6 +14,7 @@ from mcap.records import Channel, Metadata, Schema
 
 from tethernet_bringup.bags.contents import LARGEST_DESCRIPTION_BYTES, BagContents
 from tethernet_bringup.bags.mcap_summary import Summary
+from tethernet_bringup.bags.message_definitions import known_type
 from tethernet_bringup.bags.metadata import BagTopic, MessageType
 
 Description = TypeVar("Description", Schema, Channel)
@@ -114,12 +115,16 @@ class TopicTable:
             definition = schema.data.decode()
         except UnicodeDecodeError:
             return f"the definition of {schema.name} is damaged"
-        kind = MessageType(
+        kind: MessageType | None = MessageType(
             name=schema.name,
             definition=definition,
             type_hash=channel.metadata.get("topic_type_hash", ""),
             encoding=schema.encoding,
         )
+        if not definition.strip():  # its recorder did not find it
+            kind = known_type(schema.name)
+            if kind is None:
+                return f"{channel.topic} was left out, type {schema.name} is neither in it nor installed"
         qos = channel.metadata.get("offered_qos_profiles", "")
         self._contents.topics.setdefault(channel.topic, BagTopic(channel.topic, kind, qos))
         self.names[channel.id] = channel.topic if self._wanted(channel.topic) else None

@@ -61,6 +61,26 @@ def installed_type(name: str) -> InstalledType:
     return InstalledType(message_type, offset, in_array)
 
 
+@functools.cache
+def known_type(name: str) -> MessageType | None:
+    """A message type of which a bag holds no definition: as installed, else as rosbags has it for Jazzy.
+
+    Args:
+        name: such as nav_msgs/msg/Odometry; None where neither knows it.
+    """
+    try:
+        return installed_type(name).message_type
+    except (UnknownTypeError, KeyError, ValueError):
+        pass
+    from rosbags.typesys import Stores, get_typestore
+
+    store = get_typestore(Stores.ROS2_JAZZY)
+    if name not in store.fielddefs:
+        return None
+    definition, _ = store.generate_msgdef(name, ros_version=2)
+    return MessageType(name, definition, store.hash_rihs01(name))
+
+
 def _file(name: str, suffix: str) -> Path:
     package, kind, short = (*name.split("/"), "", "")[:3]
     if kind != "msg" or not short:

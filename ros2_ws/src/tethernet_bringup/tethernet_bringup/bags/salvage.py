@@ -1,7 +1,8 @@
 """Rewrites a torn bag into a whole one: ``tethernet salvage TORN [OUT]``.
 
-TORN is a run's folder, a bag's folder or an MCAP file: cut off at any byte, with rubbish at its end, without
-metadata.yaml. OUT is the folder of the new bag, by default TORN's name with ``_salvaged`` beside it. TORN is only read.
+TORN is a run's folder, a bag's folder, an MCAP or an SQLite file: cut off at any byte, with rubbish at its end, without
+metadata.yaml, split, compressed. OUT is the folder of the new bag, one plain MCAP file, by default TORN's name with
+``_salvaged`` beside it. TORN is only read.
 """
 
 from __future__ import annotations
@@ -39,7 +40,7 @@ def salvage(torn: Path, out: Path | None = None) -> Salvage:
     """Rewrite a torn bag.
 
     Args:
-        torn: a run's folder, a bag's folder or an MCAP file; only read.
+        torn: a run's folder, a bag's folder, an MCAP or an SQLite file; only read.
         out: folder of the new bag.
 
     Raises:
@@ -48,7 +49,7 @@ def salvage(torn: Path, out: Path | None = None) -> Salvage:
         BagError: when ``torn`` cannot be read.
     """
     bag = open_bag(torn)
-    out = _default_output(torn) if out is None else out
+    out = _default_output(bag) if out is None else out
     # Topics stand before the messages, but in bags of other recorders they may come at any place: look for them first.
     first = next(messages := bag.messages(), None)
     if first is None:
@@ -76,13 +77,9 @@ def _rewrite(bag: BagReader, out: Path) -> Salvage:
     return Salvage(out, sum(writer.counts), start, end, tuple(bag.problems), bag.verified)
 
 
-def _default_output(torn: Path) -> Path:
-    torn = torn.absolute()
-    if torn.is_file():
-        torn = torn.parent
-    if any(torn.glob("bag/*.mcap")):
-        torn /= "bag"
-    return torn.with_name(torn.name + "_salvaged")
+def _default_output(bag: BagReader) -> Path:
+    folder = bag.files[0].absolute().parent
+    return folder.with_name(folder.name + "_salvaged")
 
 
 def run(torn: Path, out: Path | None) -> None:
@@ -103,7 +100,7 @@ def run(torn: Path, out: Path | None) -> None:
 
 
 def _add_arguments(parser: Parser) -> None:
-    parser.add_argument("torn", type=Path, metavar="TORN", help="a run's folder, a bag's folder or a .mcap file")
+    parser.add_argument("torn", type=Path, metavar="TORN", help="a run's folder, a bag's folder, a .mcap or .db3 file")
     parser.add_argument(
         "out", type=Path, metavar="OUT", nargs="?", help="folder of the new bag; default: TORN_salvaged"
     )  # fmt: skip

@@ -2,7 +2,7 @@
 
 Assumptions and limitations: SQLite keeps no time of publication and no counter, so the time of recording stands for the
 first, and lost messages cannot be counted. There are no checksums: such a bag is never verified. Definitions that older
-recorders left out are taken from the installed message packages.
+recorders left out are those of this machine.
 """
 
 from __future__ import annotations
@@ -13,18 +13,14 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from urllib.parse import quote
 
-import yaml
-
+from tethernet_bringup.bags.bag_information import read_information
 from tethernet_bringup.bags.contents import LARGEST_DESCRIPTION_BYTES, LARGEST_RECORD_BYTES, BagContents, BagMessage
 from tethernet_bringup.bags.errors import NotABagError
-from tethernet_bringup.bags.inflate import InflateError, Inflater
-from tethernet_bringup.bags.message_definitions import UnknownTypeError, installed_type
+from tethernet_bringup.bags.message_definitions import known_type
 from tethernet_bringup.bags.metadata import BagTopic, MessageType
 from tethernet_bringup.bags.writer import RUN_INFO_RECORD
 
 MAGIC = b"SQLite format 3\0"
-_NO_FACTS = (yaml.YAMLError, AttributeError, KeyError, TypeError, ValueError, RecursionError)
-_ZSTD = b"\x28\xb5\x2f\xfd"  # no serialized message begins like this
 
 
 class SqliteScan:
@@ -32,15 +28,16 @@ class SqliteScan:
 
     Args:
         contents: gets topics, facts and problems.
-        path: of the file.
+        path: of the file, for what is said about it.
+        database: where SQLite finds it; another path where the file is compressed.
         wanted: which topics to yield messages of.
     """
 
-    def __init__(self, contents: BagContents, path: Path, wanted: Callable[[str], bool]):
+    def __init__(self, contents: BagContents, path: Path, database: Path, wanted: Callable[[str], bool]):
         self._contents = contents
         self._path = path
+        self._database = database
         self._wanted = wanted
-        self._inflate = Inflater(path.stat().st_size)
 
     def messages(self) -> Iterator[BagMessage]:
         """The messages in the order in which they were recorded.
@@ -50,7 +47,7 @@ class SqliteScan:
         """
         self._contents.verified = False
         # Immutable: no journal is rolled back and no file is made beside it.
-        uri = f"file:{quote(bytes(self._path.absolute()))}?mode=ro&immutable=1"
+        uri = f"file:{quote(bytes(self._database.absolute()))}?mode=ro&immutable=1"
         try:
             connection = sqlite3.connect(uri, uri=True)
         except sqlite3.Error as error:
@@ -84,7 +81,7 @@ class SqliteScan:
         for number, name, kind, profiles in connection.execute(
             f"SELECT id, substr(name, 1, 1000), substr(type, 1, 1000), {qos} FROM topics"
         ):
-            message_type = definitions.get(kind) or _installed(kind)
+            message_type = definitions.get(kind) or known_type(kind)
             if message_type is None:
                 self._problem(f"the messages of {name} were left out, type {kind} is neither in it nor installed")
                 continue
@@ -109,15 +106,14 @@ class SqliteScan:
     def _take_facts(self, connection: sqlite3.Connection) -> None:
         """The facts about the run, which rosbag2 keeps as custom data."""
         try:
-            (text,) = connection.execute(
+            found = connection.execute(
                 f"SELECT metadata FROM metadata WHERE length(metadata) <= {LARGEST_DESCRIPTION_BYTES} "
                 "ORDER BY id DESC LIMIT 1"
             ).fetchone()
-            information = yaml.load(text, getattr(yaml, "CSafeLoader", yaml.SafeLoader))
-            facts = information.get("rosbag2_bagfile_information", information)["custom_data"]
-            self._contents.metadata[RUN_INFO_RECORD] = {str(key): str(value) for key, value in facts.items()}
-        except (*_NO_FACTS, sqlite3.OperationalError):
-            return  # other recorders, and older ones, have none
+        except sqlite3.OperationalError:
+            return  # older recorders have no such table
+        if found and (facts := read_information(str(found[0])).facts):
+            self._contents.metadata[RUN_INFO_RECORD] = dict(facts)
 
     def _rows(self, connection: sqlite3.Connection, names: dict[int, str]) -> Iterator[BagMessage]:
         wanted = {number: name for number, name in names.items() if self._wanted(name)}
@@ -132,22 +128,10 @@ class SqliteScan:
             elif not isinstance(data, bytes) or not isinstance(time, int):
                 left_out["they are damaged or too long"] += 1
             else:
-                try:
-                    content = bytes(self._inflate("zstd", data)) if data.startswith(_ZSTD) else data
-                except InflateError as error:
-                    left_out[str(error)] += 1
-                    continue
-                yield BagMessage(name, time, time, 0, content)
+                yield BagMessage(name, time, time, 0, data)
         for why, count in left_out.items():
             if count:
                 self._problem(f"{count} messages were left out, {why}")
 
     def _problem(self, what: str) -> None:
         self._contents.note(f"{self._path.name}: {what}")
-
-
-def _installed(kind: str) -> MessageType | None:
-    try:
-        return installed_type(kind).message_type
-    except (UnknownTypeError, KeyError, ValueError):
-        return None

@@ -90,7 +90,7 @@ def exclusive_topics(system: System, external: Iterable[int], simulated: bool) -
     """
     published = {endpoint.topic for endpoint in expected(system, external, simulated) if endpoint.publishes}
     if simulated:
-        published.add(topics.NET_MARKERS)
+        published |= {topics.NET_MARKERS, topics.NET_POINTS}
     return sorted(published - {topics.TF})
 
 

@@ -48,6 +48,7 @@ def mission_topics(mu_count: int) -> list[RecordedTopic]:
         RecordedTopic(topics.CHASER_ODOMETRY, "nav_msgs/msg/Odometry", latched=True),
         RecordedTopic(topics.NET_STATE, "tethernet_msgs/msg/NetState"),
         RecordedTopic(topics.NET_MARKERS, "visualization_msgs/msg/MarkerArray"),
+        RecordedTopic(topics.NET_POINTS, "sensor_msgs/msg/PointCloud2"),
         RecordedTopic(topics.TF, "tf2_msgs/msg/TFMessage", shared=True),
         RecordedTopic(topics.DIAGNOSTICS, "diagnostic_msgs/msg/DiagnosticArray", shared=True),
         RecordedTopic(topics.SIM_STATUS, "tethernet_msgs/msg/SimStatus", latched=True, depth=_STATE_DEPTH),

@@ -1,13 +1,21 @@
-"""Pictures of the world for RViz: whatever net, units, debris and chaser the system has."""
+"""Pictures of the world for RViz, Foxglove and Rerun: whatever net, units, debris and chaser the system has.
+
+Markers are named by a namespace each, with the id 0, and vanish by themselves when no more come. Their colours are
+opaque enough to be seen, their quaternions normalised, and no scale is set that a marker's type does not use: RViz
+warns of all that.
+"""
 
 from __future__ import annotations
 
 import numpy as np
+from builtin_interfaces.msg import Duration
 from geometry_msgs.msg import Point
+from sensor_msgs.msg import PointCloud2, PointField
 from std_msgs.msg import ColorRGBA
 from visualization_msgs.msg import Marker, MarkerArray
 
 from tethernet_core.rotation import matrix
+from tethernet_core.settings import NANOSECOND_S
 from tethernet_core.system import System
 from tethernet_ros import topics
 from tethernet_ros.template import Template
@@ -15,6 +23,8 @@ from tethernet_sim.state import ATTITUDE, CHASER, DEBRIS, POSITION
 from tethernet_sim.world import World
 
 Color = tuple[float, float, float, float]
+
+_FLOAT_BYTES = 4
 
 _NET: Color = (0.15, 0.45, 0.85, 1.0)
 _UNIT: Color = (0.9, 0.35, 0.1, 1.0)
@@ -28,14 +38,17 @@ _LINE_SHARE, _SEEN_SHARE = 0.0014, 0.018
 class Markers:
     """Net, units, masses, debris, chaser and main tether; particles are numbered nodes first, then units."""
 
-    def __init__(self, system: System):
+    def __init__(self, system: System, lifetime_s: float):
         """Args:
         system: that is flown.
+        lifetime_s: so long each picture is shown if no other comes [s].
         """
         net = system.net
         self._anchor = system.particle_count
         """Index of the main tether's end at the chaser, behind all particles."""
         markers, drawn = _drawn(system, self._anchor)
+        for marker in markers:
+            marker.lifetime = _duration(lifetime_s)
         template = self._template = Template(MarkerArray(markers=markers))
         self._points = [
             (template.doubles(f"markers[{i}].points[0].x", 3 * len(indices)).reshape(-1, 3), indices)
@@ -70,6 +83,33 @@ class Markers:
             attitude = state.bodies[0, body, ATTITUDE]
             position[:] = state.bodies[0, body, POSITION] + matrix(attitude) @ offset
             orientation[:] = attitude
+        self._template.stamp(stamp_ns)
+        return self._template
+
+
+class NetPoints:
+    """The net's nodes as a cloud of points, which viewers draw that know no markers."""
+
+    def __init__(self, system: System):
+        """Args:
+        system: whose net it is.
+        """
+        count = system.net.node_count
+        message = PointCloud2(height=1, width=count, is_bigendian=False, is_dense=True)
+        message.header.frame_id = topics.FRAME
+        message.fields = [
+            PointField(name=name, offset=axis * _FLOAT_BYTES, datatype=PointField.FLOAT32, count=1)
+            for axis, name in enumerate("xyz")
+        ]
+        message.point_step = len(message.fields) * _FLOAT_BYTES
+        message.row_step = count * message.point_step
+        message.data = bytes(message.row_step)
+        self._template = Template(message)
+        self._points = self._template.floats("data[0]", 3 * count).reshape(-1, 3)
+
+    def fill(self, stamp_ns: int, world: World) -> Template:
+        """The cloud of the present state."""
+        self._points[:] = world.knots_as_published(0)
         self._template.stamp(stamp_ns)
         return self._template
 
@@ -123,6 +163,11 @@ def _marker(name: str, kind: int, color: Color, x: float, y: float, z: float) ->
     marker.scale.x, marker.scale.y, marker.scale.z = x, y, z
     marker.color = ColorRGBA(r=color[0], g=color[1], b=color[2], a=color[3])
     return marker
+
+
+def _duration(time_s: float) -> Duration:
+    seconds, rest = divmod(round(time_s / NANOSECOND_S), 1_000_000_000)
+    return Duration(sec=seconds, nanosec=rest)
 
 
 def _line(name: str, color: Color, width: float) -> Marker:
