@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import fcntl
 import os
 import random
@@ -21,10 +22,22 @@ _DOMAINS = range(1, 101)
 
 @pytest.fixture
 def domain_id(monkeypatch: pytest.MonkeyPatch) -> Iterator[int]:
-    """A ROS_DOMAIN_ID for this test alone, also set in the environment.
+    """A ROS_DOMAIN_ID for this test alone, also set in the environment."""
+    with _free_domain() as domain:
+        monkeypatch.setenv("ROS_DOMAIN_ID", str(domain))
+        yield domain
 
-    Reserved by a lock on a file: tests that run at the same time, in whatever process, never share one.
-    """
+
+@pytest.fixture(scope="module")
+def module_domain_id() -> Iterator[int]:
+    """A ROS_DOMAIN_ID for what the tests of a module share."""
+    with _free_domain() as domain:
+        yield domain
+
+
+@contextlib.contextmanager
+def _free_domain() -> Iterator[int]:
+    """Reserves a domain by a lock on a file: tests that run at the same time, in whatever process, never share one."""
     folder = Path(tempfile.gettempdir()) / f"tethernet_test_domains_{os.getuid()}"
     folder.mkdir(exist_ok=True)
     for domain in random.sample(_DOMAINS, len(_DOMAINS)):
@@ -33,7 +46,6 @@ def domain_id(monkeypatch: pytest.MonkeyPatch) -> Iterator[int]:
                 fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
             except BlockingIOError:
                 continue
-            monkeypatch.setenv("ROS_DOMAIN_ID", str(domain))
             yield domain
             return
     pytest.fail("all ROS_DOMAIN_IDs from 1 to 100 are in use by tests")

@@ -1,5 +1,7 @@
 """Messages that are written over in place, against what the middleware makes of their bytes."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 from geometry_msgs.msg import Point, TransformStamped
@@ -8,10 +10,15 @@ from rclpy.serialization import deserialize_message, serialize_message
 from tf2_msgs.msg import TFMessage
 from visualization_msgs.msg import Marker, MarkerArray
 
+from tests import rviz_rules
+from tethernet_core.parameters import load
+from tethernet_core.settings import ControlParameters
 from tethernet_core.system import load_system
 from tethernet_msgs.msg import NetState
 from tethernet_ros.template import Template
-from tethernet_sim.ros.markers import Markers
+from tethernet_sim.ros.markers import Markers, NetPoints
+from tethernet_sim.settings import PhysicsParameters
+from tethernet_sim.world import World
 
 pytestmark = pytest.mark.ros
 
@@ -87,6 +94,51 @@ def test_a_number_that_is_not_finite_is_noticed():
         assert not template.finite
     place[:] = (1e308, 1e308, 0.0)
     assert template.finite, "their sum is not finite, they are"
+
+
+@pytest.mark.parametrize("system", ["zenit_4mu", "zenit_8mu_winch", "hexagonal_6mu", "envisat_8mu", "passive_5m"])
+def test_rviz_has_nothing_to_say_of_the_markers_of_any_system(system):
+    described = load_system(system)
+    world = World(
+        described,
+        np.array([[0.0, 0.0, -50.0]]),
+        np.array([[0.5, -0.5, 0.5, 0.5]]),
+        np.zeros((1, 3)),
+        dataclasses.replace(load(PhysicsParameters), time_step_s=2.5e-5),
+        load(ControlParameters),
+    )
+    message = decoded(Markers(described, 5.0).fill(STAMP_NS, world))
+    assert rviz_rules.array_warnings(message.markers) == []
+    cloud = decoded(NetPoints(described).fill(STAMP_NS, world))
+    assert stamp_of(cloud) == STAMP_NS
+    assert len(cloud.data) == cloud.row_step == 12 * described.net.node_count
+    places = np.frombuffer(bytes(cloud.data), "<f4").reshape(-1, 3)
+    assert np.array_equal(places, world.knots_as_published(0))
+
+
+def test_what_rviz_warns_of_is_found():
+    def warnings(**changed):
+        marker = Marker(ns="a", type=Marker.LINE_LIST, points=[Point(), Point()])
+        marker.header.frame_id, marker.scale.x, marker.color.a, marker.lifetime.sec = "launch", 0.1, 1.0, 1
+        for place, value in changed.items():
+            *path, name = place.split("__")
+            target = marker
+            for part in path:
+                target = getattr(target, part)
+            setattr(target, name, value)
+        return rviz_rules.array_warnings([marker])
+
+    assert warnings() == []
+    for changed in (
+        {"scale__y": 0.1}, {"scale__x": 0.0}, {"color__a": 0.0}, {"pose__orientation__w": 0.9}, {"lifetime__sec": 0},
+        {"points": [Point()]}, {"points": []}, {"header__frame_id": ""}, {"text": "a"}, {"ns": ""},
+        {"pose__position__x": np.nan}, {"type": Marker.CUBE},
+    ):  # fmt: skip
+        assert warnings(**changed), changed
+    assert "there 2 times" in rviz_rules.array_warnings([Marker(ns="a"), Marker(ns="a")])[0]
+    for wrong in ([("a", "b"), ("c", "b")], [("a", "b"), ("b", "a")]):
+        with pytest.raises(ValueError, match="frame"):
+            rviz_rules.tree(wrong)
 
 
 @pytest.mark.parametrize("system", ["zenit_4mu", "envisat_8mu", "passive_5m"])

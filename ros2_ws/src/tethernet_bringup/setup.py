@@ -1,3 +1,5 @@
+from pathlib import Path
+
 from setuptools import find_packages, setup
 
 NAME = "tethernet_bringup"
@@ -14,6 +16,7 @@ setup(
     data_files=[
         ("share/ament_index/resource_index/packages", ["resource/" + NAME]),
         ("share/" + NAME, ["package.xml"]),
+        ("share/" + NAME + "/config", sorted(map(str, Path("config").iterdir()))),
     ],
     python_requires=">=3.11",
     install_requires=[

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import zlib
 from collections.abc import Iterator
-from typing import BinaryIO
+from typing import IO
 
 from tethernet_bringup.bags.errors import BagError
 
@@ -19,7 +19,7 @@ class FileBytes:
         stream: stays open as long as this is used.
     """
 
-    def __init__(self, stream: BinaryIO):
+    def __init__(self, stream: IO[bytes]):
         self._handle = stream.fileno()
         self._name = stream.name
         self.size = os.fstat(self._handle).st_size

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import io
 from collections.abc import Iterator
-from typing import BinaryIO
+from typing import IO
 
 import zstandard
 
@@ -68,7 +68,7 @@ class Inflater:
                 raise InflateError(f"it inflates to more than {LARGEST_RECORD_BYTES >> 20} MiB")
         return content
 
-    def whole_file(self, compression: str, source: BinaryIO, target: BinaryIO) -> None:
+    def whole_file(self, compression: str, source: IO[bytes], target: IO[bytes]) -> None:
         """Decompress a file; of one that was cut off or is damaged, as much as can be had is in the target.
 
         Args:
@@ -107,7 +107,7 @@ def _zstd_pieces(data: bytes) -> Iterator[bytes]:
             yield piece
 
 
-def _zstd_file(source: BinaryIO) -> Iterator[bytes]:
+def _zstd_file(source: IO[bytes]) -> Iterator[bytes]:
     decompressor = zstandard.ZstdDecompressor(max_window_size=LARGEST_RECORD_BYTES)
     frame, data = None, b""
     while data or (data := source.read(_SLICE_BYTES)):
@@ -120,7 +120,7 @@ def _zstd_file(source: BinaryIO) -> Iterator[bytes]:
         raise EOFError
 
 
-def _lz4_file(source: BinaryIO) -> Iterator[bytes]:
+def _lz4_file(source: IO[bytes]) -> Iterator[bytes]:
     import lz4.frame
 
     with lz4.frame.LZ4FrameFile(source) as stream:

@@ -20,7 +20,7 @@ import zlib
 from collections import Counter
 from collections.abc import Callable, Generator, Iterator
 from pathlib import Path
-from typing import BinaryIO
+from typing import IO
 
 from mcap.opcode import Opcode
 
@@ -61,7 +61,7 @@ class McapScan:
         wanted: which topics to yield messages of.
     """
 
-    def __init__(self, contents: BagContents, path: Path, stream: BinaryIO, wanted: Callable[[str], bool]):
+    def __init__(self, contents: BagContents, path: Path, stream: IO[bytes], wanted: Callable[[str], bool]):
         self._contents = contents
         self._path = path
         self._file = FileBytes(stream)

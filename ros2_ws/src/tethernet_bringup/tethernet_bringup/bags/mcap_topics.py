@@ -115,16 +115,14 @@ class TopicTable:
             definition = schema.data.decode()
         except UnicodeDecodeError:
             return f"the definition of {schema.name} is damaged"
-        kind: MessageType | None = MessageType(
-            name=schema.name,
-            definition=definition,
-            type_hash=channel.metadata.get("topic_type_hash", ""),
-            encoding=schema.encoding,
-        )
-        if not definition.strip():  # its recorder did not find it
-            kind = known_type(schema.name)
-            if kind is None:
-                return f"{channel.topic} was left out, type {schema.name} is neither in it nor installed"
+        kind: MessageType | None
+        if definition.strip():
+            type_hash = channel.metadata.get("topic_type_hash", "")
+            kind = MessageType(schema.name, definition, type_hash, encoding=schema.encoding)
+        else:
+            kind = known_type(schema.name)  # its recorder did not find the definition
+        if kind is None:
+            return f"{channel.topic} was left out, type {schema.name} is neither in it nor installed"
         qos = channel.metadata.get("offered_qos_profiles", "")
         self._contents.topics.setdefault(channel.topic, BagTopic(channel.topic, kind, qos))
         self.names[channel.id] = channel.topic if self._wanted(channel.topic) else None

@@ -13,7 +13,7 @@ from collections import Counter
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import BinaryIO
+from typing import IO
 
 from tethernet_bringup.bags.bag_files import bag_files, missing_parts
 from tethernet_bringup.bags.bag_information import BagInformation, information_in_folder, information_in_records
@@ -68,7 +68,7 @@ class BagReader(BagContents):
             if facts:
                 self.metadata[RUN_INFO_RECORD] = dict(facts)
 
-    def _scanned(self, path: Path, stream: BinaryIO, wanted: Callable[[str], bool]) -> Iterator[BagMessage]:
+    def _scanned(self, path: Path, stream: IO[bytes], wanted: Callable[[str], bool]) -> Iterator[BagMessage]:
         """The messages as they are in the file."""
         head = stream.read(len(SQLITE_MAGIC))
         if compression := frame_compression(head):
@@ -83,7 +83,7 @@ class BagReader(BagContents):
             yield from McapScan(self, path, stream, wanted).messages()
 
     def _unpacked(
-        self, path: Path, stream: BinaryIO, compression: str, wanted: Callable[[str], bool]
+        self, path: Path, stream: IO[bytes], compression: str, wanted: Callable[[str], bool]
     ) -> Iterator[BagMessage]:
         """The messages of a file that is compressed as a whole, by way of a temporary file."""
         with tempfile.NamedTemporaryFile(prefix="tethernet_bag_", suffix=path.suffix) as unpacked:
