@@ -121,7 +121,7 @@ def test_metadata_is_what_jazzy_writes(information):
 
 def test_metadata_tells_each_topic(information):
     topics = {entry["topic_metadata"]["name"]: entry for entry in information["topics_with_message_count"]}
-    assert len(topics) == len(mission_topics(8)) == 11 + 3 * 8
+    assert len(topics) == len(mission_topics(8)) == 12 + 3 * 8
     thrust = topics["/mu3/thrust"]
     assert thrust["message_count"] == 21
     assert thrust["topic_metadata"]["type"] == "geometry_msgs/msg/WrenchStamped"

@@ -17,7 +17,8 @@ from visualization_msgs.msg import Marker, MarkerArray
 from tethernet_core.rotation import matrix
 from tethernet_core.settings import NANOSECOND_S
 from tethernet_core.system import System
-from tethernet_ros import topics
+from tethernet_ros import qos, topics
+from tethernet_ros.door import Door
 from tethernet_ros.template import Template
 from tethernet_sim.state import ATTITUDE, CHASER, DEBRIS, POSITION
 from tethernet_sim.world import World
@@ -25,6 +26,8 @@ from tethernet_sim.world import World
 Color = tuple[float, float, float, float]
 
 _FLOAT_BYTES = 4
+_SHOWN_PERIODS = 10
+"""A marker is shown for so many times the period of pictures: viewers may be late, and a simulation slow."""
 
 _NET: Color = (0.15, 0.45, 0.85, 1.0)
 _UNIT: Color = (0.9, 0.35, 0.1, 1.0)
@@ -33,6 +36,26 @@ _DEBRIS: Color = (0.6, 0.6, 0.6, 0.8)
 _CHASER: Color = (0.85, 0.7, 0.2, 0.9)
 _LINE_SHARE, _SEEN_SHARE = 0.0014, 0.018
 """Width of a line, and of what would be too small to be seen, in widths of the flat net."""
+
+
+class Pictures:
+    """All pictures of the world, each on its topic."""
+
+    def __init__(self, system: System, period_s: float, door: Door):
+        """Args:
+        system: that is flown.
+        period_s: time between two pictures [s].
+        door: the node's own.
+        """
+        self._pictures = (
+            (Markers(system, _SHOWN_PERIODS * period_s), door.publish(MarkerArray, topics.NET_MARKERS, qos.BULK)),
+            (NetPoints(system), door.publish(PointCloud2, topics.NET_POINTS, qos.BULK)),
+        )
+
+    def publish(self, stamp_ns: int, world: World) -> None:
+        """Publish those of the present state."""
+        for picture, publisher in self._pictures:
+            publisher.publish_template(picture.fill(stamp_ns, world))
 
 
 class Markers:

@@ -20,9 +20,7 @@ from rclpy.clock import Clock as RosClock
 from rclpy.clock import ClockType
 from rclpy.node import Node
 from rosgraph_msgs.msg import Clock
-from sensor_msgs.msg import PointCloud2
 from tf2_msgs.msg import TFMessage
-from visualization_msgs.msg import MarkerArray
 
 from tethernet_control import law
 from tethernet_core.mission import Mission, Phase, seconds_between
@@ -42,7 +40,7 @@ from tethernet_ros.well_formed import MessageError
 from tethernet_sim.latency import LatencyCount
 from tethernet_sim.loads import Loads
 from tethernet_sim.lockstep import Barrier, CommandBuffer
-from tethernet_sim.ros.markers import Markers, NetPoints
+from tethernet_sim.ros.markers import Pictures
 from tethernet_sim.ros.messages import BodyOdometry, ClockMessage, NetStateMessage, Transforms, UnitOdometry
 from tethernet_sim.sensors import OdometryNoise
 from tethernet_sim.settings import PhysicsParameters, ScenarioParameters, SimNodeParameters
@@ -57,8 +55,6 @@ _FIRST = np.zeros(1, int)
 _FIRST_TICK = 20
 """The first control tick: a stamp of zero means to many readers that none was set, and nothing could be before it."""
 _WAITING_CLOCK_S = 0.2
-_SHOWN_PICTURES = 10
-"""A marker is shown for so many times the period of pictures: viewers may be late, and a simulation slow."""
 """[s] wall time between two ticks of the clock while drivers of external MUs are waited for."""
 
 
@@ -148,10 +144,7 @@ class SimNode(Node):
         }
         self._net, self._net_out = NetStateMessage(self.system), make(NetState, topics.NET_STATE, qos.BULK)
         self._tf, self._tf_out = Transforms(len(self.mus)), make(TFMessage, topics.TF, qos.BULK)
-        lifetime_s = _SHOWN_PICTURES * self.p.markers_every * self.control.control_period_s
-        self._markers = Markers(self.system, lifetime_s)
-        self._markers_out = make(MarkerArray, topics.NET_MARKERS, qos.BULK)
-        self._points, self._points_out = NetPoints(self.system), make(PointCloud2, topics.NET_POINTS, qos.BULK)
+        self._pictures = Pictures(self.system, self.p.markers_every * self.control.control_period_s, self._door)
         self._status_out = make(SimStatus, topics.SIM_STATUS, qos.STATE)
         self._diagnostics_out = make(DiagnosticArray, topics.DIAGNOSTICS, qos.BULK)
 
@@ -295,8 +288,7 @@ class SimNode(Node):
         self._tf_out.publish_template(self._tf.fill(stamp_ns, self.world))
         tick = self._flown_ns // self.control.period_ns
         if tick % self.p.markers_every == 0:
-            self._markers_out.publish_template(self._markers.fill(stamp_ns, self.world))
-            self._points_out.publish_template(self._points.fill(stamp_ns, self.world))
+            self._pictures.publish(stamp_ns, self.world)
         if tick % self.p.sim_status_every == 0:
             self._publish_status()
 
