@@ -164,6 +164,7 @@ def test_what_is_imported_is_asked_for_and_nothing_else(package):
     own = needs & set(PYTHON_PACKAGES)
     assert required == own | {DISTRIBUTION.get(name, name) for name in libraries | unknown_to_rosdep}
     offered = ast.literal_eval(told["extras_require"]) if "extras_require" in told else {}
+    assert offered["test"] == ["pytest"], "by this colcon knows how to test a package"
     for extra, names in EXTRAS.items():
         assert set(offered.get(extra, [])) == {DISTRIBUTION.get(name, name) for name in needs & names}
 

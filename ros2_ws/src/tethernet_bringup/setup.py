@@ -16,7 +16,10 @@ setup(
     data_files=[
         ("share/ament_index/resource_index/packages", ["resource/" + NAME]),
         ("share/" + NAME, ["package.xml"]),
-        ("share/" + NAME + "/config", sorted(map(str, Path("config").iterdir()))),
+        (
+            "share/" + NAME + "/config",
+            [*sorted(map(str, Path("config").iterdir())), *map(str, Path(NAME).glob("*/config/*.yaml"))],
+        ),
     ],
     python_requires=">=3.11",
     install_requires=[
@@ -34,6 +37,7 @@ setup(
         "tethernet_ros",
         "tethernet_core",
     ],
+    extras_require={"test": ["pytest"]},
     zip_safe=False,
     entry_points={
         "console_scripts": [

@@ -1,3 +1,5 @@
+from pathlib import Path
+
 from setuptools import find_packages, setup
 
 NAME = "tethernet_core"
@@ -14,8 +16,11 @@ setup(
     data_files=[
         ("share/ament_index/resource_index/packages", ["resource/" + NAME]),
         ("share/" + NAME, ["package.xml"]),
+        ("share/" + NAME + "/config", [str(path) for path in Path(NAME).glob("config/*.yaml")]),
+        ("share/" + NAME + "/systems", [str(path) for path in Path(NAME).glob("systems/*.yaml")]),
     ],
     python_requires=">=3.11",
     install_requires=["matplotlib", "numpy", "pyyaml", "scipy", "trimesh"],
+    extras_require={"test": ["pytest"]},
     zip_safe=False,
 )

@@ -1,3 +1,5 @@
+from pathlib import Path
+
 from setuptools import find_packages, setup
 
 NAME = "tethernet_learning"
@@ -10,10 +12,11 @@ setup(
     maintainer="tethernet maintainers",
     maintainer_email="maintainers@tethernet.invalid",
     packages=find_packages(exclude=["test", "tests"]),
-    package_data={"": ["config/*.yaml", "systems/*", "models/*", "py.typed"]},
+    package_data={"": ["config/*", "py.typed"]},
     data_files=[
         ("share/ament_index/resource_index/packages", ["resource/" + NAME]),
         ("share/" + NAME, ["package.xml"]),
+        ("share/" + NAME + "/config", [str(path) for path in Path(NAME).glob("policies/config/*.json")]),
     ],
     python_requires=">=3.11",
     install_requires=[
@@ -27,6 +30,10 @@ setup(
         "tethernet_control",
         "tethernet_core",
     ],
-    extras_require={"learning": ["cma", "gymnasium", "scikit-learn", "stable-baselines3", "torch"], "cluster": ["ray"]},
+    extras_require={
+        "learning": ["cma", "gymnasium", "scikit-learn", "stable-baselines3", "torch"],
+        "cluster": ["ray"],
+        "test": ["pytest"],
+    },
     zip_safe=False,
 )

@@ -17,5 +17,6 @@ setup(
     ],
     python_requires=">=3.11",
     install_requires=["numpy", "tethernet_core"],
+    extras_require={"test": ["pytest"]},
     zip_safe=False,
 )

@@ -1,3 +1,5 @@
+from pathlib import Path
+
 from setuptools import find_packages, setup
 
 NAME = "tethernet_sim"
@@ -14,6 +16,7 @@ setup(
     data_files=[
         ("share/ament_index/resource_index/packages", ["resource/" + NAME]),
         ("share/" + NAME, ["package.xml"]),
+        ("share/" + NAME + "/config", [str(path) for path in Path(NAME).glob("config/*.yaml")]),
     ],
     python_requires=">=3.11",
     install_requires=[
@@ -27,6 +30,7 @@ setup(
         "tethernet_ros",
         "tethernet_core",
     ],
+    extras_require={"test": ["pytest"]},
     zip_safe=False,
     entry_points={
         "console_scripts": [
