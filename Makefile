@@ -5,6 +5,7 @@
 #                                                      TEST_WITH="test learning": those that train too (torch);
 #                                                      "test learning cluster": those on a Ray cluster too
 #   make test-all       the slow ones too
+#   make view           what shows missions (Rerun), for run_mission.py --view and view_mission.py
 #   make lint           linter, formatter and type checker, check only; `make format` puts right what
 #                                                      the first two can
 #   make stubs          types of the messages for the type checker, after a change of a message
@@ -25,10 +26,13 @@ TEST_WITH ?= test
 
 SETUP = $(PYTHON) -m bootstrap
 
-.PHONY: setup test test-all lint format stubs bench evaluate cards report-libraries ros2cli lock clean
+.PHONY: setup view test test-all lint format stubs bench evaluate cards report-libraries ros2cli lock clean
 
 setup:
 	$(SETUP) mission
+
+view:
+	$(SETUP) view
 
 test:
 	$(SETUP) $(TEST_WITH) -- -m pytest $(PYTEST_ARGS)

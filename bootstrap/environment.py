@@ -45,7 +45,7 @@ def unusable(places: Places, state: State | None, steps: Sequence[Step]) -> str:
     if state.done and (not interpreter or interpreter != state.interpreter):
         return f"its Python was {state.interpreter or 'unknown'} and is now {interpreter or 'missing'}"
     installers = [step for step in steps if step.installs]
-    known = {"venv", "packages", "test", "bench", "learning", "cluster"}
+    known = {"venv", "packages", "test", "bench", "learning", "cluster", "view"}
     if state.running in {step.name for step in installers} | known:
         return f"it was interrupted at the step '{state.running}'"
     for step in installers:

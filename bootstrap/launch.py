@@ -59,6 +59,11 @@ def prepare(
     try:
         own_ros = _own_ros(os.environ, report)
         places, offered = (ros_places(), ROS_PROFILES) if own_ros else (venv_places(), PROFILES)
+        if missing := [profile for profile in profiles if profile not in offered]:
+            raise SetupError(
+                f"{', '.join(missing)}: needs NumPy 2, and ROS 2 Jazzy of this machine has NumPy 1.26. "
+                ".venv with its own ROS 2 does it: TETHERNET_ENVIRONMENT=venv, before this command and the mission's."
+            )
         steps = list({step.name: step for profile in profiles for step in offered[profile]}.values())
         if fresh or pending(places, steps):
             before()

@@ -19,6 +19,8 @@ HEAD = """\
 # Every package of the environment with its version, the indirect ones too: what was tested together.
 # Written by `make lock`; run that after a change of the other files here, then the tests.
 """
+# view.txt is not among them: it pins itself what it adds, so that another version of a viewer does not make every
+# environment anew.
 ASKED_FOR = ("run", "build", "test", "bench", "learning", "cluster", "ros2cli")
 
 # A "+cpu" at the end of a version tells who built it, and no package index has it.

@@ -270,6 +270,7 @@ LEARNING = Step(
     "learning", "Installing what training needs", _installed("learning"), _install("learning"), installs=True
 )
 CLUSTER = Step("cluster", "Installing what a cluster needs", _installed("cluster"), _install("cluster"), installs=True)
+VIEW = Step("view", "Installing what shows missions", _installed("view"), _install("view"), installs=True)
 SOURCES = Step("sources", "Installing the project's own packages, in place", _sources_fingerprint, _install_sources)
 MESSAGES = Step(
     "messages",
@@ -309,6 +310,7 @@ PROFILES: dict[str, tuple[Step, ...]] = {
     "learning": (*MISSION, LEARNING),
     "cluster": (*MISSION, CLUSTER),
     "ros2cli": (*MISSION, ROS2CLI),
+    "view": (*MISSION, VIEW),
 }
 """What each use of the environment needs. The tests compare with what the benchmarks compare with, too."""
 
@@ -323,4 +325,6 @@ ROS_PROFILES: dict[str, tuple[Step, ...]] = {
     "cluster": (*ROS_MISSION, CLUSTER),
     "ros2cli": ROS_MISSION,
 }
-"""The same on top of a machine's own ROS 2, where colcon has built messages and packages and `ros2` is there."""
+"""The same on top of a machine's own ROS 2, where colcon has built messages and packages and `ros2` is there. What
+shows missions needs NumPy 2, which ROS 2 Jazzy does not have.
+"""

@@ -28,13 +28,19 @@ NODES = {
     "planner": "tethernet_planner.planner_node",
     "assessor": "tethernet_planner.assessor_node",
     "recorder": "tethernet_bringup.recorder.recorder_node",
+    "viewer": "tethernet_bringup.view.viewer_node",
     "mu1_controller": "tethernet_control.controller_node",
 }
-MODULES = ("tethernet_bringup.mission.command_line", "tethernet_bringup.analysis.command_line", "tethernet_sim.warm_up")
+MODULES = (
+    "tethernet_bringup.mission.command_line",
+    "tethernet_bringup.analysis.command_line",
+    "tethernet_bringup.view.command_line",
+    "tethernet_sim.warm_up",
+)
 """Started as ``python -m`` by scripts for users and by the set-up."""
 NO_COMMAND_LINE = {"tethernet_sim.warm_up"}
 SUBCOMMANDS = tuple(name.split()[1:] for name, _ in tree.leaves())
-SCRIPTS = ("run_mission.py", "analyse_mission.py")
+SCRIPTS = ("run_mission.py", "analyse_mission.py", "view_mission.py")
 
 
 def trap(folder: Path, names: set[str]) -> Path:

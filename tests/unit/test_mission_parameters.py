@@ -35,7 +35,7 @@ def test_the_shipped_values_are_the_default_mission():
     assert setup.simulated
     assert setup.external == ()
     assert set(setup.nodes) == {
-        "sim", "planner", "assessor", "recorder", "run_mission", *(f"mu{n}_controller" for n in range(1, 9)),
+        "sim", "planner", "assessor", "recorder", "viewer", "run_mission", *(f"mu{n}_controller" for n in range(1, 9)),
     }  # fmt: skip
     assert setup.nodes["mu3_controller"] == {"mu": 3, "system": "zenit_8mu", **defaults(ControlParameters)}
 
@@ -217,6 +217,6 @@ def test_without_a_model_for_the_system_the_nominal_points_are_flown_and_nothing
 
 def test_a_net_without_units_has_no_controllers():
     setup = resolved("--system passive_5m")
-    assert set(setup.nodes) == {"sim", "planner", "assessor", "recorder", "run_mission"}
+    assert set(setup.nodes) == {"sim", "planner", "assessor", "recorder", "viewer", "run_mission"}
     assert setup.external == ()
     assert setup.nodes["sim"]["time_step_s"] == setup.system.parameters["physics"]["time_step_s"]

@@ -40,6 +40,13 @@ def test_all_requirements_are_pinned_as_the_lock_says(name):
     assert {package: lock.get(package) for package in pins(name)} == pins(name)
 
 
+def test_what_shows_missions_adds_no_package_that_is_not_pinned():
+    pytest.importorskip("rerun")
+    lines = [line for name in pins("view") for line in importlib.metadata.requires(name) or ()]
+    needed = {normal(re.match(r"[\w.-]+", line)[0]) for line in lines if "extra ==" not in line}
+    assert needed <= set(pins("constraints") | pins("view"))
+
+
 @pytest.mark.parametrize("name", ["ros-jazzy"])
 def test_requirements_of_other_environments_are_pinned(name):
     assert pins(name)
@@ -118,9 +125,15 @@ PIP_ONLY = {"lz4", "mcap", "pyarrow", "safetensors", "zstandard"}
 EXTRAS = {
     "learning": {"cma", "gymnasium", "sklearn", "stable_baselines3", "torch"},
     "cluster": {"ray"},
+    "view": {"rerun"},
 }
 """What a mission never imports."""
-DISTRIBUTION = {"sklearn": "scikit-learn", "stable_baselines3": "stable-baselines3", "yaml": "pyyaml"}
+DISTRIBUTION = {
+    "rerun": "rerun-sdk",
+    "sklearn": "scikit-learn",
+    "stable_baselines3": "stable-baselines3",
+    "yaml": "pyyaml",
+}
 """Where pip calls it otherwise."""
 COMES_WITH = {"llvmlite": "numba", "mpl_toolkits": "matplotlib"}
 """Imports that another library brings, in the version that fits it."""

@@ -241,6 +241,19 @@ def test_what_only_the_mission_publishes_is_read_in_its_own_partition_and_writte
     assert found == {("writer", "/mu1/thrust"): ";mission-1", ("reader", "/mu1/thrust"): "mission-1"}
 
 
+def test_who_only_looks_on_shares_no_memory_with_those_that_fly(tmp_path):
+    base = {"ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST"}
+    kinds = {}
+    for shared in (True, False):
+        changed = dds_profile.use_profile(base, tmp_path, "mission-1", ["/mu1/thrust"], shared_memory=shared)
+        path = Path(changed["FASTRTPS_DEFAULT_PROFILES_FILE"])
+        root = ElementTree.parse(path).getroot()
+        kinds[path.name] = [e.text for e in root.iter() if e.tag.endswith("}type")]
+        readers = [e for e in root.iter() if e.tag.endswith("}data_reader")]
+        assert [e.get("profile_name") for e in readers] == ["/mu1/thrust"], "and hears the mission alone"
+    assert kinds == {"fast_dds.xml": ["SHM", "UDPv4"], "fast_dds_aside.xml": ["UDPv4"]}
+
+
 def test_discovery_in_the_subnet_is_not_bound_to_this_machine(tmp_path):
     changed = dds_profile.use_profile({"ROS_AUTOMATIC_DISCOVERY_RANGE": "SUBNET"}, tmp_path)
     assert changed["ROS_AUTOMATIC_DISCOVERY_RANGE"] == "SUBNET"

@@ -37,12 +37,14 @@ setup(
         "tethernet_ros",
         "tethernet_core",
     ],
-    extras_require={"test": ["pytest"]},
+    extras_require={"test": ["pytest"], "view": ["rerun-sdk"]},
     zip_safe=False,
     entry_points={
         "console_scripts": [
             "run_mission = tethernet_bringup.mission.command_line:main",
             "analyse_mission = tethernet_bringup.analysis.command_line:main",
+            "view_mission = tethernet_bringup.view.command_line:main",
+            "viewer = tethernet_bringup.view.viewer_node:main",
             "recorder = tethernet_bringup.recorder.recorder_node:main",
             "tethernet = tethernet_bringup.cli.start:start",
         ],

@@ -6,6 +6,7 @@ SIM = "sim"
 PLANNER = "planner"
 ASSESSOR = "assessor"
 RECORDER = "recorder"
+VIEWER = "viewer"
 MONITOR = "run_mission"
 
 

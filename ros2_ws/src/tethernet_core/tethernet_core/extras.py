@@ -15,11 +15,16 @@ PROFILES = {
     "tensorboard": "learning",
     "torch": "learning",
     "ray": "cluster",
+    "rerun": "view",
     "rclpy": "mission",
     "tethernet_msgs": "mission",
     "tf2_msgs": "mission",
 }
 """The profile of the set-up that installs a package, by the name that is imported."""
+
+
+MAKE_TARGETS = {"mission": "make setup", "view": "make view"}
+"""Commands that do the same as a profile."""
 
 
 def require(*packages: str) -> None:
@@ -50,7 +55,9 @@ def _is_there(package: str) -> bool:
 
 def _sentence(missing: list[str]) -> str:
     profiles = sorted({PROFILES[package] for package in missing})
+    targets = [MAKE_TARGETS[profile] for profile in profiles if profile in MAKE_TARGETS]
     return (
         f"needs {', '.join(missing)}, not installed here; "
         f"python3 -m bootstrap {' '.join(profiles)} installs {'it' if len(missing) == 1 else 'them'}"
+        + (f", and so does {' '.join(targets)}" if len(targets) == len(profiles) == 1 else "")
     )

@@ -1,6 +1,6 @@
 """Quality-of-service profiles by name.
 
-Everything is RELIABLE: a lost command costs fuel, and lock-step counts on every answer. What is published at every
+All that flies is RELIABLE: a lost command costs fuel, and lock-step counts on every answer. What is published at every
 control tick is kept 100 deep: when the shared memory of a busy reader overflows (measured: a recorder that stands still
 for 0.1 s at 160 ticks/s), the writer must still have what it has to send again. The recorder keeps more, because in
 lock-step a mission runs faster than real time.
@@ -35,6 +35,14 @@ RECORD = _reliable(1000, QoSDurabilityPolicy.VOLATILE)
 
 RECORD_LATCHED = _reliable(1000, QoSDurabilityPolicy.TRANSIENT_LOCAL)
 """The recorder's side of every latched topic."""
+
+NEWEST = QoSProfile(
+    history=QoSHistoryPolicy.KEEP_LAST,
+    depth=1,
+    reliability=QoSReliabilityPolicy.BEST_EFFORT,
+    durability=QoSDurabilityPolicy.VOLATILE,
+)
+"""The side of whoever looks on now and then: every publisher's offer is good enough, and nothing is sent again."""
 
 SERVICE = _reliable(100, QoSDurabilityPolicy.VOLATILE)
 """Requests and answers of every service: deep, because all controllers ask for their aiming points at the same moment,

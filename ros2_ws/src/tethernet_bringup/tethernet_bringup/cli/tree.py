@@ -108,6 +108,7 @@ TREE = Group(
             },
         ),
         "analyse": Leaf("table, pictures and a report from a mission's bag", "tethernet_bringup.analysis.subcommand"),
+        "view": Leaf("show the bag of a mission in three dimensions", "tethernet_bringup.view.subcommand"),
         "salvage": Leaf("rewrite a torn bag into a whole one", "tethernet_bringup.bags.salvage"),
         "systems": Group(
             "descriptions of systems",

@@ -130,6 +130,11 @@ def _parser() -> argparse.ArgumentParser:
     add("--params", metavar="FILE", help="ROS 2 parameter file; flags go before it, it goes before the shipped values")
     add("--domain-id", metavar="N", help="DDS domain; default: $ROS_DOMAIN_ID, or 0")
     add("--discovery", default="localhost", metavar="{localhost,subnet}", help="who finds the nodes; default localhost")
+    add(
+        "--view", nargs="?", const="window", metavar="web|FILE.rrd",
+        help="show the flight in Rerun: in its window, in a browser on this machine, or recorded to a file; needs "
+        "python3 -m bootstrap view, once",
+    )  # fmt: skip
     add("--setup-only", action="store_true", help="make the environment, fly nothing")
     return parser
 
@@ -162,6 +167,11 @@ def _check(options: argparse.Namespace) -> None:
         given = getattr(options, name)
         if given is not None and given not in allowed:
             raise UsageError(f"--{name} {_cut(given)}: unknown; allowed: {' or '.join(allowed)}")
+    if options.view is not None:
+        try:
+            _view_rules()["view_target"](options.view)
+        except ValueError as error:
+            raise UsageError(f"--view {error}") from error
     options.external_timeout = _number("--external-timeout", options.external_timeout)
     if options.external_timeout < 0.0:
         raise UsageError(f"--external-timeout {options.external_timeout:g}: allowed: 0 s or more")
@@ -189,6 +199,11 @@ def _short_names() -> dict[str, Any]:
     from tethernet_core import short_names
 
     return vars(short_names)
+
+
+def _view_rules() -> dict[str, Any]:
+    """What :mod:`tethernet_bringup.view.arguments` defines, by its path: nothing may be installed yet."""
+    return runpy.run_path(str(Path(__file__).resolve().parents[1] / "view" / "arguments.py"))
 
 
 def _check_system(options: argparse.Namespace) -> None:

@@ -33,7 +33,9 @@ from tethernet_bringup.mission.outcome import (
 )
 from tethernet_bringup.mission.outcome_text import describe
 from tethernet_bringup.mission.run_folder import keep_traceback
+from tethernet_bringup.view.live import View
 from tethernet_core.command import complain, explain, let_go_of_closed_streams
+from tethernet_core.errors import FaultError, InputError
 from tethernet_core.hold import conditions
 from tethernet_core.quiet_start import open_standard_streams
 from tethernet_ros import topics
@@ -78,8 +80,11 @@ def _run(options: Namespace, interrupts: Interrupts, began: float) -> ExitStatus
 
     try:
         setup = resolve(options)
-    except MissionParametersError as error:
+        view = None if options.view is None else View(options.view)
+    except (MissionParametersError, InputError) as error:
         return _refuse(ExitStatus.USAGE, str(error))
+    except FaultError as error:
+        return _refuse(ExitStatus.FAULT, str(error))
     interrupts.hold()  # from here on there is something to leave in order
     try:
         folder = make_run_folder(options.output, setup.system.name, setup.scenario.seed)
@@ -89,7 +94,9 @@ def _run(options: Namespace, interrupts: Interrupts, began: float) -> ExitStatus
     record = FlightRecord(system=setup.system, seed=setup.scenario.seed, policy=setup.policy, commit=_commit())
     flight = None
     try:
-        flight = _fly(options, setup, folder, record, interrupts, display, began)
+        flight = _fly(options, setup, folder, record, interrupts, display, began, view)
+    except FaultError as error:
+        record.faults.append(str(error))
     except OSError as error:
         record.faults.append(f"cannot prepare the mission under {folder.path}: {explain(error)}")
     except Exception as error:  # not foreseen: end in order all the same, and keep what a developer needs
@@ -97,6 +104,8 @@ def _run(options: Namespace, interrupts: Interrupts, began: float) -> ExitStatus
     status = _report(record, folder, display)
     if flight is not None:
         flight.leave(status)
+    if view is not None:
+        view.leave(display, interrupts)
     return status
 
 
@@ -108,6 +117,7 @@ def _fly(
     interrupts: Interrupts,
     display: Display,
     began: float,
+    view: View | None,
 ) -> Flight:
     """Fly the mission; what comes of it goes into the record. The flight returned has yet to leave the graph."""
     from tethernet_bringup.mission.conductor import Flight
@@ -120,6 +130,8 @@ def _fly(
 
     folder.system.write_text(setup.system.to_yaml(), encoding="utf-8")
     setup = setup.recorded_in(folder.bag, folder.run_info, folder.system)
+    if view is not None:
+        setup = setup.shown_in(view.begin(setup.view_memory_mb, folder.logs))
     parameters = setup.yaml()
     folder.parameters.write_text(parameters, encoding="utf-8")
     facts = _facts(setup, parameters, record.commit)
@@ -128,15 +140,19 @@ def _fly(
         if notice:
             display.note(f"note: {notice}")
     display.note(_banner(setup, options, folder))
+    if view is not None:
+        display.note(view.told)
     # This process is part of the graph too: it finds the nodes under the same environment.
     environment = mission_environment(options.domain_id, options.discovery, folder.logs)
     protected = uses_profile(environment)
     exclusive = exclusive_topics(setup.system, setup.external, setup.simulated)
-    environment = use_profile(environment, folder.path, f"mission-{uuid.uuid4().hex}", exclusive)
+    partition = f"mission-{uuid.uuid4().hex}"
+    aside = use_profile(environment, folder.path, partition, exclusive, shared_memory=False) if view else None
+    environment = use_profile(environment, folder.path, partition, exclusive)
     os.environ.pop("ROS_LOCALHOST_ONLY", None)
     os.environ.update(environment)
     plan = FlightPlan(
-        processes=mission_processes(setup, folder),
+        processes=mission_processes(setup, folder, aside),
         system=setup.system,
         external=setup.external,
         simulated=setup.simulated,

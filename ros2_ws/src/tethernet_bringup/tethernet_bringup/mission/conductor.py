@@ -185,7 +185,7 @@ class Flight:
             lambda: self._compiling() and time.monotonic() < started + plan.parameters.compile_timeout_s,
         )
         self._wait(connected, patience, lambda: f"nodes do not find each other: {connections.describe()}")
-        answering = [node.name for node in plan.processes if node.name != RECORDER]
+        answering = [node.name for node in plan.processes if node.name != RECORDER and not node.bystander]
         self._pulse = monitor.watch_pulse(answering, plan.parameters.hang_timeout_s)
         if plan.ask_recorder is not None:
             self._pulse.watch(RECORDER, plan.ask_recorder)
@@ -421,6 +421,9 @@ class Flight:
         if self._record.phase.over and death.code == 0:
             return  # it has done its part
         self._display.note(death.report())
+        if death.node.bystander:
+            self._record.warnings.append(f"{death.node.name} died ({death.how}); the mission went on without it")
+            return
         if self._pulse is not None:
             self._pulse.forget(death.node.name)
         mu = mu_of(death.node.name)

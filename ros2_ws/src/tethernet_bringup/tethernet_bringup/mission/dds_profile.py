@@ -24,7 +24,8 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 from xml.sax.saxutils import escape, quoteattr
 
-FILE_NAME = "fast_dds.xml"
+FILE_NAME, ASIDE_FILE_NAME = "fast_dds.xml", "fast_dds_aside.xml"
+"""Names of the profiles: of the nodes that fly, and of those that only look on."""
 FILE_VARIABLES = ("FASTRTPS_DEFAULT_PROFILES_FILE", "FASTDDS_DEFAULT_PROFILES_FILE")
 """Environment variables that name a profile: of Fast DDS 2, and of Fast DDS 3."""
 
@@ -39,14 +40,7 @@ _PROFILE = """\
 <?xml version="1.0" encoding="UTF-8" ?>
 <dds xmlns="http://www.eprosima.com/XMLSchemas/fastRTPS_Profiles">
   <profiles>
-    <transport_descriptors>
-      <transport_descriptor>
-        <transport_id>shared_memory</transport_id>
-        <type>SHM</type>
-        <maxInitialPeersRange>{participants}</maxInitialPeersRange>
-        <segment_size>{segment}</segment_size>
-        <port_queue_capacity>{queue}</port_queue_capacity>
-      </transport_descriptor>
+    <transport_descriptors>{shared_memory}
       <transport_descriptor>
         <transport_id>udp</transport_id>
         <type>UDPv4</type>
@@ -60,8 +54,7 @@ _PROFILE = """\
             <property><name>fastdds.shm.enforce_metatraffic</name><value>unicast</value></property>
           </properties>
         </propertiesPolicy>
-        <userTransports>
-          <transport_id>shared_memory</transport_id>
+        <userTransports>{use_shared_memory}
           <transport_id>udp</transport_id>
         </userTransports>
         <useBuiltinTransports>false</useBuiltinTransports>
@@ -75,6 +68,16 @@ _PROFILE = """\
   </profiles>
 </dds>
 """
+_SHARED_MEMORY = """
+      <transport_descriptor>
+        <transport_id>shared_memory</transport_id>
+        <type>SHM</type>
+        <maxInitialPeersRange>{participants}</maxInitialPeersRange>
+        <segment_size>{segment}</segment_size>
+        <port_queue_capacity>{queue}</port_queue_capacity>
+      </transport_descriptor>"""
+_USE_SHARED_MEMORY = """
+          <transport_id>shared_memory</transport_id>"""
 _PARTITION = """
     <data_{end} profile_name={topic}>
       <propertiesPolicy>
@@ -90,18 +93,21 @@ _LOOPBACK_PEER = """
           </initialPeersList>"""
 
 
-def profile(localhost: bool, partition: str = "", exclusive: Iterable[str] = ()) -> str:
+def profile(localhost: bool, partition: str = "", exclusive: Iterable[str] = (), shared_memory: bool = True) -> str:
     """The profile as XML.
 
     Args:
         localhost: whether to stay on this machine.
         partition: in which the exclusive topics are read; empty: in the default one, as everything else.
         exclusive: topics that only nodes under this profile may publish.
+        shared_memory: whether to talk through it. Whoever reads from a queue in shared memory locks it for a moment,
+            and who stands still in that moment holds up all that write: nobody is held up by who hears over UDP.
     """
+    queues = _SHARED_MEMORY.format(participants=_MOST_PARTICIPANTS, segment=_SEGMENT_BYTES, queue=_QUEUE_LENGTH)
     return _PROFILE.format(
         participants=_MOST_PARTICIPANTS,
-        segment=_SEGMENT_BYTES,
-        queue=_QUEUE_LENGTH,
+        shared_memory=queues if shared_memory else "",
+        use_shared_memory=_USE_SHARED_MEMORY if shared_memory else "",
         lease=_LEASE_S,
         whitelist=_LOOPBACK_ONLY if localhost else "",
         peers=_LOOPBACK_PEER if localhost else "",
@@ -124,7 +130,11 @@ def uses_profile(environment: Mapping[str, str]) -> bool:
 
 
 def use_profile(
-    environment: Mapping[str, str], folder: Path, partition: str = "", exclusive: Iterable[str] = ()
+    environment: Mapping[str, str],
+    folder: Path,
+    partition: str = "",
+    exclusive: Iterable[str] = (),
+    shared_memory: bool = True,
 ) -> dict[str, str]:
     """The environment with which the nodes use the profile; the same one where :func:`uses_profile` says no.
 
@@ -133,15 +143,16 @@ def use_profile(
         folder: gets the file.
         partition: as in :func:`profile`.
         exclusive: likewise.
+        shared_memory: likewise.
 
     Raises:
         OSError: when the file cannot be written.
     """
     if not uses_profile(environment):
         return dict(environment)
-    path = folder / FILE_NAME
+    path = folder / (FILE_NAME if shared_memory else ASIDE_FILE_NAME)
     localhost = environment[_RANGE] == "LOCALHOST"
-    path.write_text(profile(localhost, partition, exclusive), encoding="utf-8")
+    path.write_text(profile(localhost, partition, exclusive, shared_memory), encoding="utf-8")
     changed = {**environment, **dict.fromkeys(FILE_VARIABLES, str(path))}
     if localhost:
         # LOCALHOST would put transports of its own beside those of the profile, which stay on this machine anyway.

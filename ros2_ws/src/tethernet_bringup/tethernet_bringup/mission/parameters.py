@@ -26,7 +26,7 @@ from tethernet_bringup.mission.parameter_checks import (
 )
 from tethernet_bringup.mission.supervisor_settings import SupervisorParameters
 from tethernet_bringup.mission.trained_models import check_models, choose_models
-from tethernet_bringup.nodes import ASSESSOR, MONITOR, PLANNER, RECORDER, SIM, controller, mu_of
+from tethernet_bringup.nodes import ASSESSOR, MONITOR, PLANNER, RECORDER, SIM, VIEWER, controller, mu_of
 from tethernet_core.parameters import ParameterError, build, defaults, field_types, moved, read_yaml
 from tethernet_core.settings import ControlParameters, MissionParameters
 from tethernet_core.shown import SHORT, shown
@@ -98,6 +98,16 @@ class MissionSetup:
     def tow_n(self) -> float:
         """Tension of the main tether that the chaser tows with in it [N]."""
         return float(self.nodes[PLANNER]["tow_n"])
+
+    @property
+    def view_memory_mb(self) -> int:
+        """Most memory for pictures of the mission, where it is shown [MB]."""
+        return int(self.nodes[VIEWER]["memory_mb"])
+
+    def shown_in(self, output: str) -> MissionSetup:
+        """The same mission, shown there: the address of a Rerun server, or the path of a file."""
+        nodes = {**self.nodes, VIEWER: {**self.nodes[VIEWER], "output": output}}
+        return dataclasses.replace(self, nodes=nodes)
 
     def recorded_in(self, bag: Path, run_info: Path, description: Path) -> MissionSetup:
         """The same mission, recorded in this folder with the facts from this JSON file; all nodes read what is flown
@@ -181,6 +191,7 @@ def node_classes(system: System, simulated: bool = True) -> dict[str, tuple[type
         simulated: whether the simulator runs; its scenario is checked in any case, because it says where the debris is.
     """
     from tethernet_bringup.recorder.settings import RecorderParameters
+    from tethernet_bringup.view.settings import ViewerParameters
     from tethernet_planner.settings import AssessorParameters, PlannerParameters
     from tethernet_sim.settings import PhysicsParameters, SimNodeParameters
 
@@ -190,6 +201,7 @@ def node_classes(system: System, simulated: bool = True) -> dict[str, tuple[type
         PLANNER: (PlannerParameters, MissionParameters, ControlParameters),
         ASSESSOR: (AssessorParameters, ControlParameters),
         RECORDER: (RecorderParameters,),
+        VIEWER: (ViewerParameters,),
         MONITOR: (SupervisorParameters,),
     }
 

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import importlib
+from collections.abc import Mapping
 
 from tethernet_bringup.mission.parameters import MissionSetup
 from tethernet_bringup.mission.run_folder import RunFolder
 from tethernet_bringup.mission.supervisor import NodeProcess
-from tethernet_bringup.nodes import ASSESSOR, PLANNER, RECORDER, SIM, controller
+from tethernet_bringup.nodes import ASSESSOR, PLANNER, RECORDER, SIM, VIEWER, controller
 from tethernet_core.system import keep_system
 
 _SHARED = (
@@ -31,12 +32,15 @@ def prepare_forking(folder: RunFolder) -> None:
     keep_system(str(folder.system))
 
 
-def mission_processes(setup: MissionSetup, folder: RunFolder) -> tuple[NodeProcess, ...]:
+def mission_processes(
+    setup: MissionSetup, folder: RunFolder, viewer: Mapping[str, str] | None = None
+) -> tuple[NodeProcess, ...]:
     """The processes in the order in which they are started: the slowest first.
 
     Args:
         setup: what is flown.
         folder: where the run is kept; its parameter file exists.
+        viewer: environment variables in which the viewer differs from the others; None: the mission is not shown.
     """
     common = ("--params-file", str(folder.parameters), "--disable-external-lib-logs")
 
@@ -62,5 +66,10 @@ def mission_processes(setup: MissionSetup, folder: RunFolder) -> tuple[NodeProce
                 essential=False,
                 arguments=ros(name, "-p", f"mu:={mu}", "-p", f"watchdog_wall_factor:={factor}"),
             )
+        )
+    if viewer is not None:
+        module = "tethernet_bringup.view.viewer_node"
+        processes.append(
+            NodeProcess(VIEWER, module, essential=False, bystander=True, environment=viewer, arguments=ros(VIEWER))
         )
     return tuple(processes)

@@ -11,7 +11,7 @@ import os
 import signal
 import time
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 from tethernet_bringup.mission import child, shared_memory
@@ -59,6 +59,10 @@ class NodeProcess:
     """Whether the mission cannot go on without it."""
     last: bool = False
     """Whether it ends after all others: the recorder."""
+    bystander: bool = False
+    """Whether the mission does as well without it, from its start on: the viewer."""
+    environment: Mapping[str, str] = field(default_factory=dict)
+    """Environment variables in which it differs from the other nodes."""
     arguments: tuple[str, ...] = ()
     """Further words of its command line."""
 
@@ -162,9 +166,8 @@ class Supervisor:
         if self._pipe is None:
             raise RuntimeError(f"{node.name} cannot be started: this supervisor has stopped; make another one")
         with self._log_path(node.name).open("wb") as log:
-            surroundings = child.Surroundings(
-                self._pipe[0], log.fileno(), self._gate[0], self._environment, self._began_s
-            )
+            environment = {**self._environment, **node.environment}
+            surroundings = child.Surroundings(self._pipe[0], log.fileno(), self._gate[0], environment, self._began_s)
             process = child.fork(node.name, node.module, node.arguments, surroundings)
         self._processes[node.name] = (node, process)
         if self._gate_open:
@@ -252,6 +255,8 @@ class Supervisor:
             waiting = [name for name in names if name not in self._exits]
             for name in waiting:
                 _signal_group(self._processes[name][1], number)
+                if self._processes[name][0].bystander:  # it may stand still, with much to write before it ends
+                    _signal_group(self._processes[name][1], signal.SIGCONT)
             deadline = time.monotonic() + patience
             while waiting and time.monotonic() < deadline:
                 for name in waiting:

@@ -34,7 +34,6 @@ from pathlib import Path
 from typing import Any
 
 import rclpy
-from rclpy.callback_groups import CallbackGroup
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.qos import QoSCompatibility, QoSProfile, qos_check_compatible
@@ -58,25 +57,13 @@ from tethernet_core.system import load_system
 from tethernet_ros import any_quality, qos, topics
 from tethernet_ros.executor import FAULT, STOPPED, USAGE, bound_the_end
 from tethernet_ros.parameters import NODE_OPTIONS, declare
+from tethernet_ros.polled import PolledGroup
 from tethernet_ros.start_gate import pass_gate
 
 _MOST_AT_ONCE = 2000  # messages of one topic before the others get their turn
 _MOST_EARLY = 10_000  # messages held back until the mission has a time
 _SIGN_OF_LIFE_S = 1.0  # wall time between two reports, by which the command sees that the recorder goes on
 _SEQUENCE_MASK = 0xFFFFFFFF  # MCAP counts in 32 bits
-
-
-class _NeverGroup(CallbackGroup):
-    """For the subscriptions: an executor that answers for the parameters shall leave them alone."""
-
-    def can_execute(self, entity: object) -> bool:
-        return False
-
-    def beginning_execution(self, entity: object) -> bool:
-        return False
-
-    def ending_execution(self, entity: object) -> None:
-        return
 
 
 @dataclass
@@ -131,7 +118,7 @@ class Recorder(Node):
             zstd_level=self.settings.zstd_level,
         )
         self._unheard: dict[str, _Source] = {}
-        self._group = _NeverGroup()
+        self._group = PolledGroup()
         for source in self._sources:
             self._subscribe(source, qos.RECORD_LATCHED if source.topic.latched else qos.RECORD)
             self._unheard[source.topic.name] = source
