@@ -20,7 +20,7 @@ from bootstrap.places import PYTHON_PACKAGES, ROOT
 pytestmark = [pytest.mark.slow, pytest.mark.ros, pytest.mark.timeout(1200)]
 
 EXECUTABLES = {
-    "tethernet_bringup": {"analyse_mission", "recorder", "run_mission", "tethernet"},
+    "tethernet_bringup": {"analyse_mission", "recorder", "run_mission", "tethernet", "view_mission", "viewer"},
     "tethernet_control": {"controller"},
     "tethernet_planner": {"assessor", "planner"},
     "tethernet_sim": {"sim"},
