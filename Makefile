@@ -14,6 +14,7 @@
 #   make cards          measures the shipped models anew and writes their cards, after a change of physics or control
 #   make report-libraries  builds anew what a report carries (three.js, uPlot), by requirements/report; needs npm
 #   make ros2cli        the stock ros2 command in .venv, fetched by git: .venv/bin/ros2 topic echo /mu3/thrust
+#   make docs           the documentation site into site/, warnings are errors
 #   make lock           pins all packages anew, after a change in requirements/
 #   make clean          removes the environment and all that was built
 
@@ -26,7 +27,7 @@ TEST_WITH ?= test
 
 SETUP = $(PYTHON) -m bootstrap
 
-.PHONY: setup view test test-all lint format stubs bench evaluate cards report-libraries ros2cli lock clean
+.PHONY: setup view test test-all lint format stubs bench evaluate cards report-libraries ros2cli docs lock clean
 
 setup:
 	$(SETUP) mission
@@ -67,10 +68,13 @@ report-libraries:
 ros2cli:
 	$(SETUP) ros2cli
 
+docs:
+	$(PYTHON) -m bootstrap.docs
+
 lock:
 	$(PYTHON) -m bootstrap.pins
 
 clean:
-	rm -rf .venv .venv.* ros2_ws/build ros2_ws/install ros2_ws/log .pytest_cache .ruff_cache .mypy_cache
+	rm -rf .venv .venv.* ros2_ws/build ros2_ws/install ros2_ws/log site .pytest_cache .ruff_cache .mypy_cache
 	find . -name __pycache__ -prune -exec rm -rf {} +
 	find ros2_ws/src -name "*.egg-info" -prune -exec rm -rf {} +
