@@ -1,5 +1,8 @@
 """Whoever flies first is told that the kernels are being compiled."""
 
+import subprocess
+import sys
+
 import numba
 
 from tethernet_sim.compiling import COMPILED, COMPILING, compiling_said
@@ -29,3 +32,16 @@ def test_nothing_is_said_where_nothing_is_compiled(capsys):
     with compiling_said():
         pass
     assert capsys.readouterr() == ("", "")
+
+
+def test_what_runs_at_every_tick_is_loaded_before_the_mission_begins():
+    """Compiled in flight, on a busy machine, it takes longer than a process may answer nothing."""
+    code = (
+        "from tethernet_core.system import load_system\n"
+        "from tethernet_sim.kernels.loads import largest_share\n"
+        "from tethernet_sim.warm_up import load_kernels\n"
+        "load_kernels(print, load_system('zenit_4mu'))\n"
+        "assert largest_share.signatures\n"
+    )
+    ended = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False, timeout=240)
+    assert ended.returncode == 0, ended.stderr

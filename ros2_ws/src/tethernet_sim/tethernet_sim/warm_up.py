@@ -63,6 +63,7 @@ def load_kernels(say: Callable[[str], None], system: System) -> None:
 
     from tethernet_core.parameters import load
     from tethernet_core.settings import ControlParameters
+    from tethernet_sim.loads import Loads
     from tethernet_sim.settings import PhysicsParameters, ScenarioParameters
     from tethernet_sim.world import World
 
@@ -78,6 +79,8 @@ def load_kernels(say: Callable[[str], None], system: System) -> None:
         )
         world.begin_closing(0)
         world.advance(np.zeros_like(world.state.mu_pos))
+        # Loads too: in flight a busy machine compiles them for longer than a watcher waits.
+        Loads(world).look(np.zeros(1, int))
 
 
 if __name__ == "__main__":
