@@ -182,6 +182,7 @@ def test_extra_topics_are_recorded(processes, probe, run):
     publisher = probe.node.create_publisher(String, "/weather", 10)
     mission = Mission(probe)
     mission.wait_for_recorder(process)
+    probe.wait_for(publisher.get_subscription_count, "the recorder on the topic of our own")
     publisher.publish(String(data="early"))
     mission.fly(0.5)
     publisher.publish(String(data="solar wind"))
