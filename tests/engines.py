@@ -41,6 +41,7 @@ def make_model(
     mu_mass = masses[nodes:]
     numbers = Numbers(
         knots=nodes, center_node=center, time_step=time_step, chaser_mass=500.0, chaser_inertia=200.0,
+        chaser_half_side=0.5,
         tether_anchor=-0.5, tether_stiffness=100.0, tether_damping=0.1, contact_stiffness=1e3, mu_contact_share=1.0,
         friction=0.5, knot_radius=0.05, mu_radius=0.1, contact_damping_ratio=0.1, open_segments=0, half_longest=0.0,
         winch_speed=0.5, winch_tension=10.0, winch_stiffness=2500.0,
@@ -55,6 +56,8 @@ def make_model(
         damping=np.broadcast_to(damping, (count,)).astype(float),
         mu_mass=mu_mass,
         mu_inverse_mass=1.0 / mu_mass,
+        mu_radius=np.full(units, 0.1),
+        meeting=np.zeros((0, 2), np.int64),
         mu_knot=np.arange(units) % nodes,
         mu_thread=0.5 + 0.01 * np.arange(units),
         mu_stiffness=np.full(units, STIFFNESS_N_M),

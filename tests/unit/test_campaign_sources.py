@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from tests.systems import zenit
+from tethernet_core import sphere_directions
 from tethernet_core.parameters import load
 from tethernet_core.settings import MissionParameters
 from tethernet_core.system import load_system
@@ -25,7 +26,7 @@ Z = (0.0, 0.0, 1.0)
 @pytest.mark.parametrize("hemisphere", [False, True])
 def test_directions_are_spread_evenly(hemisphere):
     count = 300
-    found = sphere.directions(count, hemisphere)
+    found = sphere_directions.directions(count, hemisphere)
     assert np.allclose(np.linalg.norm(found, axis=1), 1.0)
     assert np.abs(found.mean(axis=0) - (0, 0, 0.5 if hemisphere else 0)).max() < 0.01
     cosines = found @ found.T - 2.0 * np.eye(count)
@@ -38,7 +39,7 @@ def test_directions_are_spread_evenly(hemisphere):
 def test_attitudes_point_the_long_axis_where_they_should():
     cases = sources.attitudes(zenit(8), 40, 2, 1, RULES)
     axes = sphere.axes_of(np.array([case.scenario.debris_attitude for case in cases]), Z)
-    assert np.allclose(axes, np.repeat(sphere.directions(40, hemisphere=True), 2, axis=0), atol=1e-9)
+    assert np.allclose(axes, np.repeat(sphere_directions.directions(40, hemisphere=True), 2, axis=0), atol=1e-9)
     assert len({case.scenario.debris_position for case in cases}) == 80
     steep = next(case for case in cases if case.group.startswith("axis  0 to 15"))
     assert math.degrees(math.acos(sphere.axes_of(np.array([steep.scenario.debris_attitude]), Z)[0, 2])) <= 15.0
@@ -76,7 +77,7 @@ def test_losses_are_of_any_mu_at_any_time():
 
 
 def test_the_projection_keeps_areas_and_can_be_reversed():
-    axes = sphere.directions(2000, hemisphere=True)
+    axes = sphere_directions.directions(2000, hemisphere=True)
     flat = sphere.equal_area(axes)
     assert np.allclose(sphere.from_equal_area(flat), axes)
     inner = np.hypot(*flat.T) < math.sqrt(0.5)  # half of the disc's area
@@ -100,7 +101,7 @@ def fly_nothing(cases, captured):
 
 def test_the_attitude_map_paints_each_direction_with_its_own_share():
     cases = sources.attitudes(zenit(8), 50, 2, 1, RULES)
-    axis = sphere.directions(50, hemisphere=True)[10]
+    axis = sphere_directions.directions(50, hemisphere=True)[10]
     rows = fly_nothing(cases, lambda case: case.scenario.debris_attitude == sphere.attitude_along(axis))
     figure = attitude_map.draw(rows, FlownSystems())
     assert "zenit_8mu: 2 of 100 captured (2.0 %)\nlong axis, 50 directions; missions for each: 2" in list(texts(figure))
@@ -165,13 +166,13 @@ def test_the_axis_is_the_long_one_where_there_is_one():
     assert body_axis(lying) == ((1.0, 0.0, 0.0), "long axis", True)
     cases = sources.attitudes(lying, 12, 1, 1, RULES)
     axes = sphere.axes_of(np.array([case.scenario.debris_attitude for case in cases]), (1.0, 0.0, 0.0))
-    assert np.allclose(axes, sphere.directions(12, hemisphere=True), atol=1e-9)
+    assert np.allclose(axes, sphere_directions.directions(12, hemisphere=True), atol=1e-9)
     envisat = load_system("envisat_8mu")
     assert not body_axis(envisat).ends_alike
     down = [case.scenario.debris_attitude for case in sources.attitudes(envisat, 12, 1, 1, RULES)]
     assert len({tuple(np.round(attitude, 6)) for attitude in down}) == 12
     along = sphere.in_launch_frame(np.array(down), np.tile(body_axis(envisat).direction, (12, 1)))
-    assert np.allclose(along, sphere.directions(12), atol=1e-9), "either end, over the whole sphere"
+    assert np.allclose(along, sphere_directions.directions(12), atol=1e-9), "either end, over the whole sphere"
 
 
 def test_without_units_none_can_be_lost():

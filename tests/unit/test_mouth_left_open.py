@@ -7,6 +7,7 @@ import math
 import numpy as np
 import pytest
 
+from tethernet_core import sphere_directions
 from tethernet_core.rotation import matrix
 from tethernet_core.shapes import Box, Cylinder, Sphere
 from tethernet_core.system import load_system
@@ -55,7 +56,7 @@ def test_the_8_unit_net_is_too_short_to_meet_behind_debris_in_most_attitudes():
     places = np.stack(np.meshgrid(steps, steps, np.arange(-9.0, 0.1, 0.5), indexing="ij"), axis=-1).reshape(-1, 3)
     along = np.arange(0.0, 14.0, 0.5)[:, None] * np.array([0.0, 0.0, 1.0])
     spare = []
-    for direction in sphere.directions(60, hemisphere=True):
+    for direction in sphere_directions.directions(60, hemisphere=True):
         pose = DebrisPose(system.debris, matrix(sphere.attitude_along(direction)))
         behind = (pose.distance(places) > 0.4) & (pose.distance(places[:, None] + along) < 0.0).any(axis=1)
         left = [

@@ -67,10 +67,7 @@ PLACES: dict[Callable[[ast.Module, str], Iterator[int]], dict[str, str]] = {
         "ros2_ws/src/tethernet_bringup/tethernet_bringup/mission/outcome_text.py": "DOCKED, where no net is measured",
     },
     fallbacks: {f"{CORE}/aiming.py": "the name"},
-    rotations: {
-        f"{CORE}/rotation.py": "the rule",
-        f"{CORE}/free_rotation.py": "half angles, compiled into the kernels",
-    },
+    rotations: {f"{CORE}/rotation.py": "the rule"},
 }
 """Where each may be, and why."""
 

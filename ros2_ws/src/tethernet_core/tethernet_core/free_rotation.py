@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from tethernet_core.rotation import Quaternion, matrix, quaternion_of
+from tethernet_core.rotation import Quaternion, matrix, product, quaternion_of, turned
 
 _SYMMETRY = 1e-9
 """Two principal moments are equal to this share of the largest one."""
@@ -57,13 +57,12 @@ def round_z(inertia: np.ndarray) -> bool:
 
 
 def turned_by(vector: np.ndarray, turn: np.ndarray) -> np.ndarray:
-    """A vector turned by a rotation vector (Rodrigues' formula), both of shape (3,), the rotation in rad."""
+    """A vector turned by a rotation vector, both of shape (3,), the rotation in rad."""
     angle = float(np.linalg.norm(turn))
     if angle == 0.0:
         return vector
-    u = turn / angle
-    cosine, sine = math.cos(angle), math.sin(angle)
-    return vector * cosine + np.cross(u, vector) * sine + u * float(u @ vector) * (1.0 - cosine)
+    x, y, z = (float(component) for component in math.sin(0.5 * angle) / angle * turn)
+    return np.array(turned((x, y, z, math.cos(0.5 * angle)), vector))
 
 
 def _round_body_after(
@@ -98,20 +97,7 @@ def turn_about(
     """
     sine, cosine = math.sin(0.5 * angle), math.cos(0.5 * angle)
     ax, ay, az = ex * sine, ey * sine, ez * sine
-    x, y, z, w = attitude
-    turned = (
-        x * cosine + w * ax + y * az - z * ay,
-        y * cosine + w * ay + z * ax - x * az,
-        z * cosine + w * az + x * ay - y * ax,
-        w * cosine - x * ax - y * ay - z * az,
-    )
-    mx, my, mz = momentum
-    tx, ty, tz = 2.0 * (my * az - mz * ay), 2.0 * (mz * ax - mx * az), 2.0 * (mx * ay - my * ax)
-    return turned, (
-        mx + cosine * tx + (ty * az - tz * ay),
-        my + cosine * ty + (tz * ax - tx * az),
-        mz + cosine * tz + (tx * ay - ty * ax),
-    )
+    return product(attitude, (ax, ay, az, cosine)), turned((-ax, -ay, -az, cosine), momentum)
 
 
 def turn_about_principal(

@@ -51,6 +51,20 @@ def turned(attitude: Any, vector: Any) -> tuple[Any, Any, Any]:
     )
 
 
+def product(second: Any, first: Any) -> tuple[Any, Any, Any, Any]:
+    """The rotation that turns as ``first`` does and then as ``second`` does: the four components x y z w of each,
+    single numbers or arrays.
+    """
+    x, y, z, w = second
+    fx, fy, fz, fw = first
+    return (
+        w * fx + x * fw + y * fz - z * fy,
+        w * fy - x * fz + y * fw + z * fx,
+        w * fz + x * fy - y * fx + z * fw,
+        w * fw - x * fx - y * fy - z * fz,
+    )
+
+
 def rotate(attitude: np.ndarray, vector: np.ndarray) -> np.ndarray:
     """Vectors in the parent's frame from vectors in the child's.
 

@@ -7,9 +7,9 @@ import math
 
 import numpy as np
 
+from tethernet_core import sphere_directions
 from tethernet_core.parameters import load
 from tethernet_core.system import System
-from tethernet_learning import sphere
 from tethernet_planner.inference.net_features import node_permutation
 from tethernet_planner.inference.symmetry import TOLERANCE, NotMappedError, Symmetry, identity
 from tethernet_sim.settings import ScenarioParameters
@@ -180,7 +180,7 @@ def _keeps_debris(system: System, matrix: Matrix) -> bool:
     if not np.allclose(body @ inertia @ body.T, inertia, rtol=0.0, atol=_SHAPE_SHARE * float(np.abs(inertia).max())):
         return False
     size = debris.shape.extent_m
-    directions = sphere.directions(_DIRECTIONS)
+    directions = sphere_directions.directions(_DIRECTIONS)
     places = np.concatenate([share * size * directions for share in _DEPTHS])
     center = np.asarray(debris.center_of_mass)
     here, _ = debris.shape.distance(center + places)

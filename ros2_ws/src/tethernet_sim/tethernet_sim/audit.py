@@ -86,9 +86,12 @@ def elastic_energy(model: Model, state: State) -> np.ndarray:
                 drawn = np.maximum(free - state.winch_length[b], 0.0)
                 total[b] += 0.5 * model.numbers.winch_stiffness * np.sum(drawn**2)
             total[b] += 0.5 * model.numbers.joint_stiffness * np.sum(held[state.locked[b]] ** 2)
+            total[b] += energy.stored_in_collisions(
+                model.numbers, arrays, state.knot_pos[b], state.mu_pos[b], state.bodies[b, CHASER]
+            )
         debris = state.bodies[b, DEBRIS]
         local = rotate(inverse(debris[ATTITUDE])[None], position[b] - debris[POSITION])
-        size = np.where(np.arange(len(local)) < model.numbers.knots, model.numbers.knot_radius, model.numbers.mu_radius)
+        size = np.concatenate([np.full(model.numbers.knots, model.numbers.knot_radius), arrays.mu_radius])
         depth = size - surface_distance(model.debris, local)
         deep = depth > 0.0
         stiffness = np.where(np.arange(len(local)) < model.numbers.knots, 1.0, model.numbers.mu_contact_share)

@@ -25,6 +25,7 @@ class Numbers(NamedTuple):
     time_step: float  # [s]
     chaser_mass: float  # [kg]
     chaser_inertia: float  # of a homogeneous cube, about any axis [kg m^2]
+    chaser_half_side: float  # of its cube [m]
     tether_anchor: float  # z of the launch point in the chaser's body frame [m]
     tether_stiffness: float  # [N/m]
     tether_damping: float  # [N s/m]
@@ -32,7 +33,7 @@ class Numbers(NamedTuple):
     mu_contact_share: float  # a MU's is so many times as stiff
     friction: float  # [-]
     knot_radius: float  # [m]
-    mu_radius: float  # [m]
+    mu_radius: float  # of the largest [m]
     contact_damping_ratio: float  # [-]
     open_segments: int  # threads that touch while the net is open: all but those of winches
     half_longest: float  # half the length of the longest thread that touches, stretched as far as any is [m]
@@ -56,6 +57,8 @@ class Arrays(NamedTuple):
     damping: np.ndarray  # (T,) of each thread [N s/m]
     mu_mass: np.ndarray  # (M,) [kg]
     mu_inverse_mass: np.ndarray  # (M,) [1/kg]
+    mu_radius: np.ndarray  # (M,) of the sphere that it touches as [m]
+    meeting: np.ndarray  # (P, 2) pairs of MUs that push each other where they touch: all but those that dock
     mu_knot: np.ndarray  # (M,) knot that MU m hangs on
     mu_thread: np.ndarray  # (M,) rest length of its thread [m]
     mu_stiffness: np.ndarray  # (M,) of its thread [N/m]
@@ -148,6 +151,7 @@ def build_net_model(system: System, physics: PhysicsParameters) -> NetModel:
         time_step=time_step,
         chaser_mass=system.chaser.mass_kg,
         chaser_inertia=system.chaser.inertia_kg_m2,
+        chaser_half_side=0.5 * system.chaser.side_m,
         tether_anchor=system.chaser.anchor_m,
         tether_stiffness=system.tether.stiffness_n_m,
         tether_damping=system.tether.damping_n_s_m,
@@ -177,6 +181,8 @@ def build_net_model(system: System, physics: PhysicsParameters) -> NetModel:
         damping=net.thread_damping.copy(),
         mu_mass=mu,
         mu_inverse_mass=1.0 / mu,
+        mu_radius=np.array([unit.radius_m for unit in units]),
+        meeting=_meeting_units(len(units), pairs - net.node_count if docks else pairs[:0]),
         mu_knot=np.array([unit.node for unit in units], np.int64),
         mu_thread=np.array([unit.thread_length_m for unit in units]),
         mu_stiffness=np.array([unit.thread_stiffness_n_m for unit in units]),
@@ -200,6 +206,13 @@ def build_net_model(system: System, physics: PhysicsParameters) -> NetModel:
         inverse_mass=1.0 / masses,
     )
     return NetModel(numbers, arrays)
+
+
+def _meeting_units(count: int, docking: np.ndarray) -> np.ndarray:
+    """Pairs of ``count`` units (P, 2), but those that dock with each other (R, 2)."""
+    apart = np.ones((count, count), bool)
+    apart[docking[:, 0], docking[:, 1]] = apart[docking[:, 1], docking[:, 0]] = False
+    return np.argwhere(np.triu(apart, 1))
 
 
 def _critical(stiffness: float, mass: np.ndarray) -> np.ndarray:

@@ -114,6 +114,11 @@ def largest_step(model: Model | NetModel) -> float:
         held[:, n.center_node] = n.tether_stiffness, n.tether_damping
     held[:, knots:] = arrays.coupling_stiffness, arrays.coupling_damping
     springs.to_ground(*held)
+    # Two units that touch are as stiff as one that touches the debris, and damped less.
+    a, b = arrays.meeting.T
+    springs.between(
+        knots + a, knots + b, n.contact_stiffness * n.mu_contact_share, arrays.contact_damping[knots + np.minimum(a, b)]
+    )
     # A pair is locked or part of a thread. One tension in s segments is at most as stiff as s times that in each.
     segments = np.append(np.diff(arrays.winch_begin), 0)[arrays.pair_winch]
     stiffness = np.maximum(n.joint_stiffness, segments * n.winch_stiffness)

@@ -27,9 +27,8 @@ def divergence(elapsed_s: float) -> str:
 class World:
     """B scenarios of one system, from the folded net to the closed mouth.
 
-    Not modelled: orbital dynamics (the motion lasts a minute), attitude of the MUs, contact of knots, threads and
-    units with each other, and of anything with the chaser; contact of threads with the debris only by choice, see
-    physics.contact.
+    Not modelled: orbital dynamics (the motion lasts a minute), attitude of the MUs, contact of net with net and of
+    units with net, of threads with the chaser, friction of units with each other and of anything with the chaser.
     """
 
     def __init__(

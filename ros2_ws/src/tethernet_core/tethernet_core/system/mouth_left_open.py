@@ -12,6 +12,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from tethernet_core.shapes import Shape
+from tethernet_core.sphere_directions import directions
 
 from .hardware import Hardware
 
@@ -70,12 +71,8 @@ def least_girth_m(shape: Shape) -> float:
 
     vertices, _ = shape.triangles()
     corners = vertices[ConvexHull(vertices).vertices]
-    number = np.arange(_DIRECTIONS)
-    height = 1.0 - (number + 0.5) / _DIRECTIONS
-    turn = np.pi * (3.0 - np.sqrt(5.0)) * number
-    around = np.sqrt(1.0 - height * height)
-    lattice = np.stack([around * np.cos(turn), around * np.sin(turn), height], axis=1)
-    looks = np.concatenate([np.linalg.eigh(shape.inertia_per_mass)[1].T, lattice])
+    axes = np.linalg.eigh(shape.inertia_per_mass)[1].T
+    looks = np.concatenate([axes, directions(_DIRECTIONS, hemisphere=True)])
     return min(_outline_m(corners, look) for look in looks)
 
 

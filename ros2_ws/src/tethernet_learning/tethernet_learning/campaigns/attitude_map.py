@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from tethernet_core import sphere_directions
 from tethernet_learning import sphere
 from tethernet_learning.campaigns import pictures
 from tethernet_learning.campaigns.body_axis import body_axis
@@ -73,7 +74,7 @@ def _cells(rows: Sequence[Row], axis: Sequence[float]) -> tuple[np.ndarray, np.n
     axes = sphere.axes_of(attitudes, axis)
     directions, cell = np.unique(np.round(axes, 6), axis=0, return_inverse=True)
     if len(directions) > LARGEST_CELLS:
-        directions = sphere.directions(CELLS, hemisphere=True)
+        directions = sphere_directions.directions(CELLS, hemisphere=True)
         cell = _nearest(axes, directions)
     return directions, cell.reshape(-1)
 

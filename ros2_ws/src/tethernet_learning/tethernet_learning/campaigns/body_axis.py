@@ -7,8 +7,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from tethernet_core import sphere_directions
 from tethernet_core.system import System
-from tethernet_learning import sphere
 
 _CLEARLY = 0.9
 """A moment of inertia this much below the others marks the long axis."""
@@ -45,7 +45,7 @@ def body_axis(system: System) -> BodyAxis:
 def _ends_alike(system: System, axis: np.ndarray) -> bool:
     debris = system.debris
     size, center = debris.shape.extent_m, np.asarray(debris.center_of_mass)
-    places = 0.4 * size * sphere.directions(200)
+    places = 0.4 * size * sphere_directions.directions(200)
     mirrored = places - 2.0 * (places @ axis)[:, None] * axis
     here, there = (debris.shape.distance(center + p)[0] for p in (places, mirrored))
     return bool((np.abs(here - there) < _SAME_SHARE * size).all())

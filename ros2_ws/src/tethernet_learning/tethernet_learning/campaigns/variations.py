@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from tethernet_core import sphere_directions
 from tethernet_core.mission import as_point
 from tethernet_core.settings import MissionParameters
 from tethernet_core.system import System
@@ -52,7 +53,7 @@ def attitudes(system: System, direction_count: int, each: int, seed: int, rules:
     cases = []
     axis = body_axis(system)
     generators = iter(_generators(seed, direction_count * each))
-    for direction in sphere.directions(direction_count, hemisphere=axis.ends_alike):
+    for direction in sphere_directions.directions(direction_count, hemisphere=axis.ends_alike):
         attitude = sphere.attitude_along(direction, axis.direction)
         group = _angle_class(math.degrees(math.acos(min(1.0, abs(direction[2])))))
         for _ in range(each):
@@ -85,7 +86,7 @@ def tumbles(
     cases = []
     for rate in rates_deg_s:
         generators = iter(_generators(seed, axis_count * each))
-        for axis in sphere.directions(axis_count):
+        for axis in sphere_directions.directions(axis_count):
             spin = as_point((math.radians(rate) * axis).tolist())
             for _ in range(each):
                 random = next(generators)

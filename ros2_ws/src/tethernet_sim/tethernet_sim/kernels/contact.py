@@ -194,10 +194,10 @@ def find_touching(knot_pos, mu_pos, body, debris, matrix, numbers, near, knots, 
 
 @inlined
 def gather(
-    knot_pos, knot_vel, mu_pos, mu_vel, debris, damping, numbers, near, held, touching, knots, count, work
+    knot_pos, knot_vel, mu_pos, mu_vel, debris, damping, mu_radius, numbers, near, held, touching, knots, count, work
 ):  # fmt: skip
     """Copy what :func:`contact_forces` needs of the touching particles to ``work``; ``damping`` (N + M,) is that of
-    each particle [N s/m].
+    each particle [N s/m], ``mu_radius`` (M,) that of each MU [m].
     """
     all_knots = numbers.knots
     px, py, pz = debris[0], debris[1], debris[2]
@@ -221,7 +221,7 @@ def gather(
                 block[k + 2 * BLOCK] = mu_pos[m, 2] - pz
                 for axis in range(3):
                     block[k + (3 + axis) * BLOCK] = mu_vel[m, axis]
-                block[k + 12 * BLOCK] = numbers.mu_radius
+                block[k + 12 * BLOCK] = mu_radius[m]
                 block[k + 14 * BLOCK] = numbers.mu_contact_share
                 block[k + 15 * BLOCK] = 1.0 / numbers.mu_contact_share
             block[k + 13 * BLOCK] = damping[particle]

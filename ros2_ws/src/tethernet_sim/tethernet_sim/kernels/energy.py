@@ -12,7 +12,7 @@ import math
 
 import numpy as np
 
-from tethernet_sim.kernels import debris_body, thread_points
+from tethernet_sim.kernels import collisions, contact, debris_body, thread_points
 from tethernet_sim.kernels.options import entry_point, ieee
 from tethernet_sim.kernels.rigid_body import angular_rate, rotation_matrix
 from tethernet_sim.kernels.step import advance_scenario
@@ -153,7 +153,7 @@ def _contact(
     mean = 0.5 * (slip + later)
     normal, direction = np.array([nx, ny, nz]), matrix.T @ along
     normal = normal - np.dot(normal, direction) * direction
-    steepness = math.sqrt(np.dot(normal, normal))
+    steepness = math.sqrt(max(np.dot(normal, normal), contact.LEAST_STEEPNESS))
     normal = normal / steepness
     spring = steepness * k * depth
     pressing = max(spring - steepness * steepness * damping * np.dot(slip, normal), 0.0)
@@ -175,6 +175,54 @@ def _contact(
         ledger[FRICTION] += k * stuck * (raw - stuck) - h * (force + k * stuck) * way
         kept += 0.5 * k * stuck * stuck
     return kept
+
+
+@ieee
+def _collisions(ledger, numbers, arrays, x, v, w, mus, mu_vel, mu_vel_after, chaser, chaser_after):
+    """Units with each other, knots and units with the chaser."""
+    h = numbers.time_step
+    for p in range(len(arrays.meeting)):
+        force, damper, depth, nx, ny, nz = collisions.unit_push(arrays, numbers, p, mus, mu_vel)
+        if depth > 0.0:
+            a, b = arrays.meeting[p, 0], arrays.meeting[p, 1]
+            mean = 0.5 * (mu_vel[b] + mu_vel_after[b] - mu_vel[a] - mu_vel_after[a])
+            rate = mean[0] * nx + mean[1] * ny + mean[2] * nz
+            ledger[WORK] += h * force * rate
+            ledger[CONTACT] -= h * damper * rate
+    matrix, before, after = np.zeros((3, 3)), np.zeros(3), np.zeros(3)
+    rotation_matrix(chaser, matrix)
+    angular_rate(chaser, matrix, numbers.chaser_inertia, numbers.chaser_inertia, before)
+    angular_rate(chaser_after, matrix, numbers.chaser_inertia, numbers.chaser_inertia, after)
+    for p in range(numbers.knots + len(mus)):
+        place, speed, later = _particle(x, mus, p), _particle(v, mu_vel, p), _particle(w, mu_vel_after, p)
+        force, damper, depth, _, nx, ny, nz = collisions.chaser_push(
+            arrays, numbers, p, place, speed, chaser, matrix, before
+        )
+        if depth > 0.0:
+            arm = place - chaser[:3]
+            mean = 0.5 * (speed + later - chaser[3:6] - chaser_after[3:6] - np.cross(before + after, arm))
+            rate = mean[0] * nx + mean[1] * ny + mean[2] * nz
+            ledger[WORK] += h * force * rate
+            ledger[CONTACT] -= h * damper * rate
+
+
+@entry_point
+def stored_in_collisions(numbers, arrays, knots, mu_pos, chaser):
+    """Energy in the contacts of units with each other and of anything with the chaser [J]: of one scenario that closes,
+    arrays as in State.
+    """
+    total, stiffness, still = 0.0, numbers.contact_stiffness * numbers.mu_contact_share, np.zeros(3)
+    at_rest, matrix = np.zeros(mu_pos.shape), np.zeros((3, 3))
+    for p in range(len(arrays.meeting)):
+        depth = collisions.unit_push(arrays, numbers, p, mu_pos, at_rest)[2]
+        total += 0.5 * stiffness * depth * depth
+    rotation_matrix(chaser, matrix)
+    for p in range(numbers.knots + len(mu_pos)):
+        _, _, depth, stiffness, _, _, _ = collisions.chaser_push(
+            arrays, numbers, p, _particle(knots, mu_pos, p), still, chaser, matrix, still
+        )
+        total += 0.5 * stiffness * depth * depth
+    return total
 
 
 @ieee
@@ -278,6 +326,7 @@ def book_step(
         )
     if closing:
         _closing(ledger, numbers, arrays, knots, v, w, mu_pos, mu_vels[0], mu_vels[1], joints, locks, threads)
+        _collisions(ledger, numbers, arrays, knots, v, w, mu_pos, mu_vels[0], mu_vels[1], bodies[0, 1], bodies[1, 1])
     debris, after = bodies[0, 0], bodies[1, 0]
     matrix, rates, no_thread = np.zeros((3, 3)), np.zeros((2, 3)), np.zeros(3)
     rotation_matrix(debris, matrix)
@@ -291,7 +340,7 @@ def book_step(
         else:
             dx, dy, dz = mu_pos[p - count, 0] - px, mu_pos[p - count, 1] - py, mu_pos[p - count, 2] - pz
         # Outside of a debris that is larger all round nothing touches.
-        size = numbers.knot_radius if p < count else numbers.mu_radius
+        size = numbers.knot_radius if p < count else arrays.mu_radius[p - count]
         stiffness = numbers.contact_stiffness * (1.0 if p < count else numbers.mu_contact_share)
         if debris_body.within(body, frame, debris_body.inflated(body, size), dx, dy, dz):
             _contact(

@@ -8,12 +8,12 @@ from typing import NamedTuple
 import numpy as np
 from numba.extending import register_jitable
 
-from tethernet_core import free_rotation
+from tethernet_core import free_rotation, rotation
 from tethernet_sim.kernels import rigid_body
 from tethernet_sim.kernels.options import INLINED, inlined
 from tethernet_sim.kernels.shape_formulae import surface_of_kind
 
-for _function in (free_rotation.turn_about, free_rotation.turn_about_principal):
+for _function in (rotation.turned, rotation.product, free_rotation.turn_about, free_rotation.turn_about_principal):
     register_jitable(**INLINED)(_function)
 _symmetric_step = inlined(free_rotation.symmetric_step)
 

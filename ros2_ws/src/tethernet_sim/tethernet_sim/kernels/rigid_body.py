@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import math
 
-from tethernet_core.rotation import entries
+from tethernet_core.rotation import entries, product
 from tethernet_sim.kernels.options import inlined
 
 _entries = inlined(entries)
+_product = inlined(product)
 
 
 @inlined
@@ -53,15 +54,9 @@ def drift_body(body, matrix, across, along, duration):
         half_spin = 0.5 * duration * (axial / along - axial / across)
         half_turn = 0.5 * duration * momentum / across
         scale = math.sin(half_turn) / momentum
-        px, py, pz, pw = body[10] * scale, body[11] * scale, body[12] * scale, math.cos(half_turn)
-        x, y, z, w = body[6], body[7], body[8], body[9]
-        qx = pw * x + px * w + py * z - pz * y
-        qy = pw * y - px * z + py * w + pz * x
-        qz = pw * z + px * y - py * x + pz * w
-        qw = pw * w - px * x - py * y - pz * z
-        sz, sw = math.sin(half_spin), math.cos(half_spin)
-        x, y = qx * sw + qy * sz, qy * sw - qx * sz
-        z, w = qz * sw + qw * sz, qw * sw - qz * sz
+        turn = body[10] * scale, body[11] * scale, body[12] * scale, math.cos(half_turn)
+        spin = 0.0, 0.0, math.sin(half_spin), math.cos(half_spin)
+        x, y, z, w = _product(turn, _product((body[6], body[7], body[8], body[9]), spin))
         norm = 1.0 / math.sqrt(x * x + y * y + z * z + w * w)
         body[6], body[7], body[8], body[9] = x * norm, y * norm, z * norm, w * norm
         rotation_matrix(body, matrix)
@@ -83,15 +78,9 @@ def small_rotation_step(body, matrix, across, along, duration):
     axial = matrix[0, 2] * body[10] + matrix[1, 2] * body[11] + matrix[2, 2] * body[12]
     spin = 0.5 * duration * (1.0 / along - 1.0 / across) * axial
     sine = 1.0 - squared * (1.0 / 6.0)
-    px, py, pz, pw = px * sine, py * sine, pz * sine, 1.0 - 0.5 * squared + squared * squared * (1.0 / 24.0)
-    x, y, z, w = body[6], body[7], body[8], body[9]
-    qx = pw * x + px * w + py * z - pz * y
-    qy = pw * y - px * z + py * w + pz * x
-    qz = pw * z + px * y - py * x + pz * w
-    qw = pw * w - px * x - py * y - pz * z
-    sz, sw = spin * (1.0 - spin * spin * (1.0 / 6.0)), 1.0 - 0.5 * spin * spin + spin**4 * (1.0 / 24.0)
-    x, y = qx * sw + qy * sz, qy * sw - qx * sz
-    z, w = qz * sw + qw * sz, qw * sw - qz * sz
+    turn = px * sine, py * sine, pz * sine, 1.0 - 0.5 * squared + squared * squared * (1.0 / 24.0)
+    own = 0.0, 0.0, spin * (1.0 - spin * spin * (1.0 / 6.0)), 1.0 - 0.5 * spin * spin + spin**4 * (1.0 / 24.0)
+    x, y, z, w = _product(turn, _product((body[6], body[7], body[8], body[9]), own))
     norm = 1.5 - 0.5 * (x * x + y * y + z * z + w * w)  # one step of Newton's: it never strays far from 1
     body[6], body[7], body[8], body[9] = x * norm, y * norm, z * norm, w * norm
     rotation_matrix(body, matrix)

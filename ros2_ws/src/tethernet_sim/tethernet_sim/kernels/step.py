@@ -6,7 +6,16 @@ import math
 
 import numpy as np
 
-from tethernet_sim.kernels import contact, debris_body, net, pairs, rigid_body, thread_contact, thread_points
+from tethernet_sim.kernels import (
+    collisions,
+    contact,
+    debris_body,
+    net,
+    pairs,
+    rigid_body,
+    thread_contact,
+    thread_points,
+)
 from tethernet_sim.kernels.options import entry_point, inlined, inlined_once, kernel
 from tethernet_sim.kernels.rows import aligned_rows, padded, row_width
 
@@ -153,6 +162,9 @@ def advance_scenario(
     debris_matrix, chaser_matrix = np.zeros((3, 3)), np.zeros((3, 3))
     rate, force, torque = np.zeros(3), np.zeros(3), np.zeros(3)
     debris_force, debris_torque = np.zeros(3), np.zeros(3)
+    meeting, near_meeting = np.empty(len(arrays.meeting) + 1, np.int64), 0
+    at_chaser, near_chaser = np.empty(knots + mus + 1, np.int64), 0
+    pushes, chaser_push, chaser_twist = np.zeros((knots + mus, 3)), np.zeros(3), np.zeros(3)
     debris, chaser = bodies[0], bodies[1]
     any_external = external.any()
     tether_pull = pulls[mus]
@@ -204,6 +216,12 @@ def advance_scenario(
                 if step == 0:  # the points of the steps flown before are not known any more
                     thread_contact.forget_bristles(bristle, knots + mus)
             search_in = max(search_in, 1)
+            if closing:
+                # Each of two particles may be as fast as that, and the chaser as it is.
+                margin = 2.0 * search_in * dt * speed
+                near_meeting = collisions.near_pairs(arrays, knot_pos, mu_pos, knots, margin, meeting)
+                margin += search_in * dt * collisions.relative_speed(chaser, debris)
+                near_chaser = collisions.near_chaser(knot_pos, mu_pos, knots, numbers, chaser, margin, at_chaser)
         search_in -= 1
 
         # 2. Forces, all from the state at the beginning of the step.
@@ -226,6 +244,13 @@ def advance_scenario(
                 knot_pos, knot_vel, mu_pos, mu_vel, all_pairs, arrays.pair_winch, arrays.winch_begin, pair_length,
                 locked, winch_length, joint_damping, numbers, pair_span, pair_forces,
             )  # fmt: skip
+            collisions.units(arrays, numbers, meeting, near_meeting, mu_pos, mu_vel, mu_force)
+            if near_chaser:
+                rigid_body.angular_rate(chaser, chaser_matrix, numbers.chaser_inertia, numbers.chaser_inertia, rate)
+            collisions.on_chaser(
+                arrays, numbers, at_chaser, near_chaser, knot_pos, knot_vel, mu_pos, mu_vel, chaser, chaser_matrix,
+                rate, pushes, chaser_push, chaser_twist,
+            )  # fmt: skip
         contacts = 0
         if near_count + points:
             for axis in range(3):
@@ -236,8 +261,8 @@ def advance_scenario(
                 touching,
             )  # fmt: skip
             contact.gather(
-                knot_pos, knot_vel, mu_pos, mu_vel, debris, contact_damping, numbers, near, held, touching,
-                touching_knots, touching_count, work,
+                knot_pos, knot_vel, mu_pos, mu_vel, debris, contact_damping, arrays.mu_radius, numbers, near, held,
+                touching, touching_knots, touching_count, work,
             )  # fmt: skip
             filled = contact.fill_up(work, touching_count)
             contacts = contact.contact_forces(
@@ -262,12 +287,14 @@ def advance_scenario(
                 knot_vel[axis, knot] += kick[knot] * pulls[m, axis]
         if closing:
             for axis in range(3):
-                force[axis] = chaser_force[axis]
+                force[axis] = chaser_force[axis] + chaser_push[axis]
+                chaser_twist[axis] += torque[axis]
             if center >= 0:
                 for axis in range(3):
                     knot_vel[axis, center] += kick[center] * pulls[mus, axis]
                     force[axis] -= pulls[mus, axis]
-            rigid_body.kick(chaser, numbers.chaser_mass, force, torque, dt)
+            rigid_body.kick(chaser, numbers.chaser_mass, force, chaser_twist, dt)
+            collisions.react(at_chaser, near_chaser, pushes, kick, knots, knot_vel, mu_force)
             pairs.apply(all_pairs, pair_forces, kick, knots, knot_vel, mu_force)
         if near_count + points:
             contact.react(near, held, touching, touching_knots, touching_count, work, kick, knots, knot_vel, mu_force)
