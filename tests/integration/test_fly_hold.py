@@ -12,6 +12,7 @@ from tethernet_core.mission import Phase
 from tethernet_core.parameters import ParameterError
 from tethernet_core.system import load_system
 from tethernet_learning import sphere
+from tethernet_sim import towing
 from tethernet_sim.fly import Settings, fly, fly_many
 from tethernet_sim.scenario import Scenario
 from tethernet_sim.state import CHASER, DEBRIS, VELOCITY
@@ -39,9 +40,9 @@ def test_the_verdict_is_the_same_to_the_last_bit_with_a_hold_test(system):
     assert towed.max_contact_force_n >= plain.max_contact_force_n > 0.0
 
 
-def test_a_tow_pulls_the_whole_system_with_its_thrust():
-    """The chaser's thrust over the hold test is what everything together has gained; the debris comes along."""
-    momenta, speeds = [], []  # of each control tick: momentum, and the thrust of the period before it
+def test_a_tow_takes_up_the_slack_and_then_keeps_its_tension():
+    """What the chaser thrusts over the hold test is what everything together gains; the debris comes along."""
+    momenta, speeds, tensions = [], [], []  # of each control tick: momentum, and the thrust of the period before it
 
     def look(_stamp_ns, world, _flying):
         if world.chaser_force.any():
@@ -51,17 +52,35 @@ def test_a_tow_pulls_the_whole_system_with_its_thrust():
             total = total + s.knot_vel[0] @ arrays.knot_mass + arrays.mu_mass @ s.mu_vel[0]
             momenta.append((total, world.chaser_force[0].copy()))
             speeds.append(s.bodies[0, DEBRIS, VELOCITY][2])
+            tensions.append(world.tether(0)[1])
 
     settings = settings_of("zenit_4mu", 60.0, 20.0)
     outcome = fly(Scenario("zenit_4mu"), settings, look)
     assert outcome.held is True
     impulse = sum(force for _, force in momenta[1:]) * settings.control.control_period_s
     assert momenta[-1][0] - momenta[0][0] == pytest.approx(impulse, rel=1e-6, abs=1e-6)
+    last = round(15.0 / settings.control.control_period_s)
+    assert tensions[-last:] == pytest.approx([20.0] * last, rel=0.02)
+    assert max(tensions) < 80.0, "it becomes taut without a jerk; at full thrust from the start it was 370 N"
     system = load_system("zenit_4mu")
     towed = system.debris.mass_kg + system.net.mass_kg + sum(unit.mass_kg for unit in system.units)
     force = 20.0 * (system.chaser.mass_kg + towed) / towed
-    assert np.linalg.norm(momenta[0][1]) == pytest.approx(force, rel=1e-9)
+    assert np.linalg.norm(momenta[-1][1]) == pytest.approx(force, rel=0.05)
     assert speeds[-1] - speeds[0] > 0.5 * 20.0 / towed * 60.0, "towards the chaser"
+
+
+@pytest.mark.parametrize(
+    ("tension", "rate", "expected"),
+    [
+        (0.0, 0.2, 0.0),  # slack, taken up at the planned rate: coasting
+        (20.0, 0.0, 25.0),  # as asked
+        (24.0, 0.0, -55.0),  # more than asked: it gives way, 5/4 of 20 N less 1600 kg at 0.04 m/s^2
+        (0.0, 1.0, -125.0),  # too fast: it brakes with the largest thrust
+    ],
+)
+def test_what_the_chaser_thrusts(tension, rate, expected):
+    assert towing.thrust(20.0, tension, rate, 2000.0, 8000.0) == pytest.approx(expected, abs=1e-9)
+    assert towing.thrust(0.0, tension, rate, 2000.0, 8000.0) == 0.0
 
 
 def test_debris_with_its_long_axis_to_the_approach_is_captured_by_8_units_but_not_held():

@@ -12,11 +12,11 @@ from tethernet_core.shapes import Cylinder
 from tethernet_sim.kernels import contact, debris_body
 from tethernet_sim.kernels.rows import row_width
 
-N, BODY = make_world(8).model.numbers, make_world(8).model.debris
+N, BODY = make_world(8, contact="knots").model.numbers, make_world(8).model.debris
 CYLINDER = Cylinder(BODY.radius, 2.0 * BODY.half_length)
 INTERIOR = 24
 """A knot in the middle of the net."""
-DAMPING = make_world(4).model.arrays.contact_damping
+DAMPING = make_world(4, contact="knots").model.arrays.contact_damping
 
 
 @numba.njit
@@ -127,7 +127,7 @@ def test_no_particle_gets_into_the_debris():
 @pytest.mark.parametrize("knot", [0, 11, INTERIOR])
 def test_a_knot_bounces_as_its_own_mass_does(knot):
     """Corner, rim and middle: each is damped by the same share of its own critical damping."""
-    world = make_world(4, debris=(0.0, 0.0, -50.0), attitude=(0.0, 0.0, 0.0, 1.0), time_step_s=2e-6)
+    world = make_world(4, debris=(0.0, 0.0, -50.0), attitude=(0.0, 0.0, 0.0, 1.0), time_step_s=2e-6, contact="knots")
     state, physics = world.state, world.physics
     others = np.arange(world.model.numbers.knots) != knot
     state.knot_pos[0][:, others] = np.array([0.0, 0.3, -44.0])[:, None]  # slack threads, nobody else near
@@ -187,21 +187,22 @@ def test_all_contacts_at_once_equal_the_law_of_each_particle():
     knot_pos, knot_vel = np.zeros((3, room)), np.zeros((3, room))
     knot_pos[:, :count], knot_vel[:, :count] = position[:count].T, velocity[:count].T
     near = np.concatenate([np.arange(count), 529 + np.arange(mus)]).astype(np.uint32)
+    mu_radius = N.mu_radius * np.array([1.0, 0.9, 0.7, 1.0])  # each reaches as far as it is large
     held, touching, work = np.zeros((3, room)), np.zeros(room, np.uint32), np.zeros(contact.ROWS * room)
     held[:, : count + mus] = bristles.T
     knots, found = contact.find_touching(
         knot_pos, position[count:], BODY, debris, matrix, N, near, count, count + mus, held, np.zeros(room), touching
     )
     contact.gather(
-        knot_pos, knot_vel, position[count:], velocity[count:], debris, DAMPING, N, near, held, touching, knots, found,
-        work,
+        knot_pos, knot_vel, position[count:], velocity[count:], debris, DAMPING, mu_radius, N, near, held, touching,
+        knots, found, work,
     )  # fmt: skip
     force, torque, mu_force = np.zeros(3), np.zeros(3), np.zeros((mus, 3))
     filled = contact.fill_up(work, found)
     touched = contact.contact_forces(work, filled, BODY, debris, matrix, rate, N, False, force, torque)
     contact.react(near, held, touching, knots, found, work, np.full(count, 0.1), 529, knot_vel, mu_force)
 
-    size = np.where(np.arange(count + mus) < count, N.knot_radius, N.mu_radius)
+    size = np.concatenate([np.full(count, N.knot_radius), mu_radius])
     damping = np.concatenate([DAMPING[:count], DAMPING[529:]])
     rows = zip(position, velocity, bristles, size, damping, strict=True)
     law = [law_of_one(*row, debris, matrix, rate) for row in rows]

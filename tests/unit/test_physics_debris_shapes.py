@@ -77,7 +77,7 @@ def test_a_net_thrown_at_it_stops_at_its_surface_and_momentum_stays(shape):
         local = rotate(inverse(row[ATTITUDE]), position[0] - row[POSITION])
         deepest = min(deepest, float(surface_distance(body, local).min()))
         touched = max(touched, int(state.contacts[0]))
-    assert touched > 10
+    assert touched > 5
     assert deepest > -0.02
     assert np.abs(audit.linear_momentum(world.model, world.state) - linear).max() < 1e-9
     assert np.abs(audit.angular_momentum(world.model, world.state) - angular).max() < 1e-7

@@ -18,7 +18,7 @@ from tethernet_sim.scenario import Scenario
 from tethernet_sim.stability import largest_step
 from tethernet_sim.state import State
 
-THREADS = {"contact": "threads"}
+KNOTS, THREADS = {"contact": "knots"}, {"contact": "threads"}
 RADIUS_M = 0.001
 
 
@@ -181,7 +181,7 @@ def test_friction_acts_where_the_thread_touches(friction, slows):
 def test_a_knot_with_its_threads_is_no_harder_than_a_knot_alone(name):
     """So that threads may touch in every shipped net, with its own step and nothing else changed."""
     system = load_system(name)
-    alone, both = (build_model(system, Settings.load(system, physics=p).physics) for p in ({}, THREADS))
+    alone, both = (build_model(system, Settings.load(system, physics=p).physics) for p in (KNOTS, THREADS))
     nodes = alone.numbers.knots
     ends, stiffness = both.arrays.segments, both.arrays.segment_stiffness
     added = np.bincount(ends.ravel(), np.repeat(stiffness, 2))
@@ -200,23 +200,43 @@ def test_knots_alone_need_no_list_of_threads(engine):
     ENGINES[engine](model)
 
 
-@pytest.mark.parametrize(("name", "compliance_m"), [("zenit_8mu", 0.0), ("zenit_4mu", 0.015)])
-def test_no_thread_of_a_mission_cuts_into_the_debris(name, compliance_m):
-    """Winches press single threads on a rim with some 50 N, which takes their springs of 4 kN/m in by a centimetre."""
-    deepest = {}
-    for contact, physics in (("knots", {}), ("threads", THREADS)):
-        found = [0.0]
+def compliance(model: Model, state: State) -> np.ndarray:
+    """How far each thread of the net and the units can be pressed into the debris by the threads at its ends [m]: on
+    both sides one that pulls straight back, with the largest tension there is at either end.
+    """
+    net, units = audit.thread_lengths(model, state)
+    arrays, ends = model.arrays, model.arrays.segments[: model.numbers.open_segments]
+    tension = np.concatenate(
+        [
+            arrays.stiffness * np.maximum(net[0] - arrays.rest, 0.0),
+            arrays.mu_stiffness * np.maximum(units[0] - arrays.mu_thread, 0.0),
+        ]
+    )
+    largest = np.zeros(len(arrays.inverse_mass))
+    np.maximum.at(largest, ends.ravel(), np.repeat(tension, 2))
+    return 2.0 * largest[ends].max(axis=1) / arrays.segment_stiffness[: len(ends)]
+
+
+@pytest.mark.parametrize("name", ["zenit_8mu", "zenit_4mu"])
+def test_no_thread_of_a_mission_cuts_into_the_debris(name):
+    """Not 5 mm beyond what the springs of its contact yield under the threads that press it on."""
+    deepest, beyond = {}, {}
+    for contact, physics in (("knots", KNOTS), ("threads", THREADS)):
+        found = [(0.0, 0.0)]
         model = build_model(load_system(name), Settings.load(name, physics=THREADS).physics)
 
         def look(_stamp_ns, world, _flying, found=found, model=model):
             if world.state.contacts[0]:
-                found.append(float(depths(model, world.state).max()))
+                depth = depths(model, world.state)
+                found.append((float(depth.max()), float((depth - compliance(model, world.state)).max())))
 
         outcome = fly(Scenario(name), Settings.load(name, physics=physics), look)
         assert outcome.captured, outcome.verdict
-        deepest[contact] = max(found)
+        deepest[contact], beyond[contact] = np.max(found, axis=0)
     assert deepest["knots"] > 0.1
-    assert deepest["threads"] < 0.005 + compliance_m
+    assert deepest["threads"] < 0.05
+    assert beyond["threads"] < 0.005
+    assert beyond["knots"] > 0.1, "so the bound tells them apart"
 
 
 def test_a_scenario_flies_the_same_bits_alone_and_among_others():

@@ -10,6 +10,7 @@ from tethernet_core.bounds import FARTHEST_M, FASTEST_M_S, FASTEST_RAD_S
 from tethernet_core.rotation import matrix, turned
 from tethernet_core.settings import ControlParameters
 from tethernet_core.system import System
+from tethernet_sim import towing
 from tethernet_sim.debris import body_rate, inertia_tensor
 from tethernet_sim.engine import Commands, Engine, engine_for
 from tethernet_sim.memory import check_memory
@@ -87,22 +88,20 @@ class World:
         self.engine.advance(self.state, commands, self.steps * self.model.numbers.time_step, chosen)
 
     def tow(self, index: int, tension: float) -> None:
-        """Let the chaser of one scenario thrust straight away from the debris, in the next period.
-
-        The thrust is such that the main tether carries the tension once everything accelerates as one:
-        ``F = tension (m_chaser + m_towed) / m_towed`` with net, units and debris towed. No controller holds the
-        tension: while the tether is slack the chaser gathers speed, and when it becomes taut it jerks.
+        """Let the chaser of one scenario thrust straight away from the debris, or brake, in the next period, so that
+        the main tether becomes taut without a jerk and then carries the tension; see :mod:`~tethernet_sim.towing`.
 
         Args:
             index: of the scenario.
-            tension: steady tension of the main tether [N]; 0: no thrust.
+            tension: that the main tether is to carry [N]; 0: no thrust.
         """
-        arrays, chaser = self.model.arrays, self.model.numbers.chaser_mass
+        numbers, arrays, bodies = self.model.numbers, self.model.arrays, self.state.bodies[index]
         towed = float(arrays.knot_mass.sum() + arrays.mu_mass.sum()) + self.model.debris.mass
-        bodies = self.state.bodies[index]
         away = bodies[CHASER, POSITION] - bodies[DEBRIS, POSITION]
-        distance = math.sqrt(float(away[0]) ** 2 + float(away[1]) ** 2 + float(away[2]) ** 2)
-        self.chaser_force[index] = tension * (chaser + towed) / towed / max(distance, 1e-9) * away
+        away /= max(float(np.linalg.norm(away)), 1e-9)
+        rate = float((bodies[CHASER, VELOCITY] - bodies[DEBRIS, VELOCITY]) @ away)
+        force = towing.thrust(tension, self.tether(index)[1], rate, numbers.chaser_mass, towed)
+        self.chaser_force[index] = force * away
 
     def diverged(self, chosen: np.ndarray) -> np.ndarray:
         """Which simulations have broken down: a number is not finite, or no body can be so far off or so fast.
