@@ -28,7 +28,7 @@ def test_every_row_changes_what_it_says_and_is_stable(name):
     assert soft.density_kg_m3 == base.net.material.density_kg_m3
     assert variants["thread damping ratio 0.2"][0].net.material.damping_ratio == 0.2
     assert variants["fold factor 0.1"][1].physics.fold_factor == 0.1
-    assert variants["contact of threads"][1].physics.contact == "threads"
+    assert variants["contact of knots alone"][1].physics.contact == "knots"
     if "tether stiffness / 2" in rows:
         assert variants["tether stiffness / 2"][0].tether.stiffness_n_m == 0.5 * base.tether.stiffness_n_m
     assert ("winch stiffness / 10" in rows) == (base.closing.kind == "winch")

@@ -55,7 +55,7 @@ class Row:
 
 DAMPING, SPRINGS, MODULUS = "net.thread.damping_ratio", "net.springs_per_thread", "net.thread.modulus_pa"
 TETHER, WINCH = "tether.stiffness_n_m", "closing.winch.stiffness_n_m"
-THREADS = {"contact": "threads"}
+KNOTS = {"contact": "knots"}
 ROWS: Mapping[str, Row] = {
     "as described": Row(),
     "time step / 2": Row(step=0.5),
@@ -74,7 +74,7 @@ ROWS: Mapping[str, Row] = {
     "tether stiffness / 2": Row(scaled={TETHER: 0.5}),
     "tether stiffness x 2": Row(scaled={TETHER: 2.0}),
     "winch stiffness / 10": Row(scaled={WINCH: 0.1}),
-    "contact of threads": Row(physics=THREADS),
+    "contact of knots alone": Row(physics=KNOTS),
     "mesh 1 m": Row(mesh_m=1.0),
     "mesh 0.5 m": Row(mesh_m=0.5),
     "2 springs per thread": Row(system={SPRINGS: 2}),
