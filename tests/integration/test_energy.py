@@ -7,15 +7,25 @@ import pytest
 from tests.physics import coast, flying_net
 from tethernet_core.system import load_system
 from tethernet_sim.energy import Auditor, audit_mission
+from tethernet_sim.fly import Settings
 from tethernet_sim.scenario import Scenario
 
 
-@pytest.mark.parametrize("mus", [4, 8])
-def test_the_energy_of_a_whole_mission_balances(mus):
-    outcome, balance = audit_mission(Scenario(f"zenit_{mus}mu"))
+@pytest.mark.parametrize(
+    ("mus", "step_s", "share"),
+    [
+        (8, 1e-4, 0.02),
+        # Winches that snatch at slack threads are what the step resolves worst: 2.9 % at the default step.
+        (4, 1e-4, 0.03),
+        (4, 5e-5, 0.02),
+    ],
+)
+def test_the_energy_of_a_whole_mission_balances(mus, step_s, share):
+    name = f"zenit_{mus}mu"
+    outcome, balance = audit_mission(Scenario(name), Settings.load(name, physics={"time_step_s": step_s}))
     assert outcome.captured, "to the end of the capture"
     assert balance.work == pytest.approx(balance.gained, abs=1e-7 * balance.all_in), "the kernels follow the laws"
-    assert abs(balance.residual) < 0.02 * balance.all_in
+    assert abs(balance.residual) < share * balance.all_in
     assert min(balance.lost.values()) >= 0.0
     busy = {"threads", "tether", "contact", "friction", "joints"} | ({"winches slipping"} if mus == 4 else set())
     assert {name for name, energy in balance.lost.items() if energy > 0.01} == busy
