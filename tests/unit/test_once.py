@@ -60,6 +60,7 @@ PLACES: dict[Callable[[ast.Module, str], Iterator[int]], dict[str, str]] = {
         f"{CORE}/atomic_file.py": "the rule",
         "bootstrap/state.py": "the set-up has the standard library only",
         "bootstrap/environment.py": "the set-up; a folder goes",
+        "bootstrap/ros2cli.py": "the set-up; a folder comes whole",
         "ros2_ws/src/tethernet_learning/tethernet_learning/policies/checkpoint.py": "a folder, whose files come first",
     },
     thresholds: {
