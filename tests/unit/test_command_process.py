@@ -41,6 +41,8 @@ MODULES = (
 NO_COMMAND_LINE = {"tethernet_sim.warm_up"}
 SUBCOMMANDS = tuple(name.split()[1:] for name, _ in tree.leaves())
 SCRIPTS = ("run_mission.py", "analyse_mission.py", "view_mission.py")
+OF_BAGS = ("tethernet_bringup.analysis.", "tethernet_bringup.view.command_line")
+"""Commands that want a bag."""
 
 
 def trap(folder: Path, names: set[str]) -> Path:
@@ -137,14 +139,14 @@ def test_no_script_imports_from_its_own_or_the_working_folder(tmp_path, script):
 
 def slow_imports(folder: Path) -> None:
     """Libraries in whose import a signal comes for certain."""
-    for name in ("numpy", "rclpy", "mcap"):
+    for name in ("numpy", "rclpy", "mcap", "rerun"):
         (folder / f"{name}.py").write_text("import time\nprint('importing', flush=True)\ntime.sleep(600)\n")
 
 
 @pytest.mark.parametrize("module", MODULES)
 def test_ctrl_c_while_a_module_imports_ends_it_without_a_traceback(tmp_path, module):
     slow_imports(tmp_path)
-    arguments = ["/nowhere"] if module == "tethernet_bringup.analysis.command_line" else []
+    arguments = ["/nowhere"] if module.startswith(OF_BAGS) else []
     interrupt(tmp_path, [sys.executable, "-P", "-m", module, *arguments])
 
 
@@ -160,7 +162,7 @@ def test_ctrl_c_while_a_script_starts_ends_it_without_a_traceback(tmp_path, scri
     slow_imports(tmp_path)
     if pending(venv_places(), PROFILES["mission"]):
         pytest.skip("the environment would be set up first")
-    interrupt(tmp_path, [sys.executable, str(ROOT / script), *(["/nowhere"] if script == SCRIPTS[1] else [])])
+    interrupt(tmp_path, [sys.executable, str(ROOT / script), *(["/nowhere"] if script in SCRIPTS[1:] else [])])
 
 
 def interrupt(folder: Path, command: list[str]) -> None:
