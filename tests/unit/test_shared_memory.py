@@ -47,14 +47,26 @@ def test_segments_that_nobody_noted_are_known_by_their_age(tmp_path, monkeypatch
     monkeypatch.setattr(shared_memory, "YOUNG_S", 0.0)
     before = tmp_path / "fastrtps_00000000000000aa"
     before.touch()
-    began_s = before.stat().st_ctime
-    until(lambda: time.time() > began_s + 0.02, "no time has passed")
+    began_s = before.stat().st_ctime + 0.05
+    until(lambda: time.time() > began_s, "no time has passed")
     for name in ("fastrtps_00000000000000bb", "fastrtps_00000000000000bb_el", "fastrtps_port7399", "other"):
         (tmp_path / name).touch()
     until(lambda: shared_memory.made_since(began_s), "the new segment is not found")
     assert shared_memory.made_since(began_s) == {"fastrtps_00000000000000bb"}
     assert shared_memory.clean(shared_memory.made_since(began_s)) == ["fastrtps_00000000000000bb"]
     assert before.exists()
+
+
+def test_a_segment_made_at_once_is_not_too_old(tmp_path, monkeypatch):
+    """The times of files are those of the kernel's last tick, up to some milliseconds behind the clock."""
+    monkeypatch.setattr(shared_memory, "FOLDER", tmp_path)
+    monkeypatch.setattr(shared_memory, "YOUNG_S", 0.0)
+    for number in range(50):
+        began_s = time.time()
+        made = tmp_path / f"fastrtps_{number:016x}"
+        made.touch()
+        until(lambda made=made, began_s=began_s: made.name in shared_memory.made_since(began_s), "it is not found")
+        time.sleep(0.0007)
 
 
 def test_a_lock_without_its_segment_is_swept_too(tmp_path, monkeypatch):
@@ -70,8 +82,8 @@ def test_ports_that_nobody_noted_go_with_or_without_a_lock_unless_somebody_holds
     monkeypatch.setattr(shared_memory, "YOUNG_S", 0.0)
     before, low = tmp_path / "fastrtps_port7412", tmp_path / "fastrtps_port7001"
     before.touch()
-    began_s = before.stat().st_ctime
-    until(lambda: time.time() > began_s + 0.02, "no time has passed")
+    began_s = before.stat().st_ctime + 0.05
+    until(lambda: time.time() > began_s, "no time has passed")
     half, whole, living = (tmp_path / f"fastrtps_port{number}" for number in (7410, 7414, 7416))
     for path in (low, half, whole, living):
         path.touch()

@@ -17,6 +17,8 @@ FOLDER = Path("/dev/shm")
 _FIRST_DOMAIN_PORT = 7400
 YOUNG_S = 1.0
 """[s] A segment that is younger may not have been locked by its owner yet."""
+_TICK_S = 0.02
+"""[s] Times of files are those of the kernel's last tick: at most so much earlier than the clock."""
 _NAME = re.compile(r"/(fastrtps_(?:[0-9a-f]{16}|port(\d+)))$")
 
 
@@ -52,7 +54,7 @@ def made_since(time_s: float) -> set[str]:
         except OSError:  # gone meanwhile
             continue
         ours = name and (name[2] is None or int(name[2]) >= _FIRST_DOMAIN_PORT) and there.st_uid == os.getuid()
-        if ours and time_s < there.st_ctime < time.time() - YOUNG_S:
+        if ours and time_s - _TICK_S < there.st_ctime < time.time() - YOUNG_S:
             found.add(path.name)
     return found
 
