@@ -77,7 +77,8 @@ def test_the_check_of_a_description_states_the_memory(allow, capsys):
     assert f"a flight takes {needed / 1e6:.1f} MB beside the program" in capsys.readouterr().out
     allow(1000)
     assert main(["systems", "check", "zenit_8mu"]) == 1
-    assert "zenit_8mu: parameters: system zenit_8mu: net: 529 nodes: " in capsys.readouterr().out
+    said = capsys.readouterr().out
+    assert "zenit_8mu: parameters: system zenit_8mu: net: 529 nodes, physics.contact: threads, 2577 contacts" in said
 
 
 def test_the_limit_of_this_process_counts(monkeypatch):
