@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from tethernet_sim.settings import KNOTS
 from tethernet_sim.state import DEBRIS, State
 from tethernet_sim.validation.case import Case, Physics, Quantity, Result, relative
 from tethernet_sim.validation.stand import Stand, net_system
@@ -29,7 +30,8 @@ def _block(physics: Physics, pull_n: float, speed_m_s: float, duration_s: float)
         masses={0: MASS_KG},
         shape={"kind": "box", "size_m": [20.0, 4.0, 2.0 * _HALF_M]},
     )  # fmt: skip
-    parameters = {"time_step_s": STEP_S, "friction_coefficient": FRICTION, **physics}
+    # The law of one contact: where threads touch too, a knot shares it with them.
+    parameters = {"time_step_s": STEP_S, "friction_coefficient": FRICTION, "contact": KNOTS, **physics}
     stand = Stand(
         system, parameters, held=(1,), gravity=(0.0, 0.0, -GRAVITY_M_S2), debris_position=(0.0, 0.0, 0.0)
     )  # fmt: skip

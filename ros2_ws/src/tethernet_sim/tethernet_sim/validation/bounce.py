@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from tethernet_sim.settings import KNOTS
 from tethernet_sim.validation.case import Case, Physics, Quantity, Result
 from tethernet_sim.validation.stand import Stand, net_system
 
@@ -29,7 +30,8 @@ def restitution(ratio: float) -> float:
 
 def bounce(ratio: float, physics: Physics) -> float:
     """Let a knot fall on a box at SPEED_M_S; its speed after by that before."""
-    parameters = {"time_step_s": STEP_S, **physics, "contact_damping_ratio": ratio}
+    # The law of one contact: where threads touch too, a knot shares it with them.
+    parameters = {"time_step_s": STEP_S, "contact": KNOTS, **physics, "contact_damping_ratio": ratio}
     nodes = np.array([[0.0, 0.0, 0.0], [0.0, 0.0, 0.4]])
     system = net_system(
         nodes, [[0, 1]], [9.0],
