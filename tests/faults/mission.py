@@ -23,6 +23,8 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 
+from tethernet_bringup.mission import shared_memory, sweeper
+
 from .kinds import CATALOGUE, MISSION_COMMAND, Kind
 
 SEGMENT = re.compile(r"fastrtps_(?!port7[0-3]\d\d)")
@@ -32,8 +34,9 @@ HOLDING = re.compile(r"\d s  hold test: ")
 NODE = re.compile(r"__node:=(\w+)")
 FLIGHT_S = {"lockstep": 40.0, "realtime": 75.0}
 """What a mission without a fault may take on a busy machine, from start to end [s] of wall time."""
-LEFTOVER_S = 10.0
-"""After the command has ended, or was killed, its nodes have ended within this time [s]."""
+LEFTOVER_S = sweeper.HEAD_START_S + sweeper.PATIENCE_S + shared_memory.YOUNG_S + 5.0
+"""After the command has ended, or was killed, its nodes and their memory are gone within this time [s]: what the sweeper
+allows itself, and its start on a busy machine."""
 LATE_S = {"lockstep": (2.0, 5.0), "realtime": (15.0, 40.0)}
 EARLY_S = {"lockstep": (0.0, 3.0), "realtime": (0.0, 20.0)}
 HOLDS = 0.25

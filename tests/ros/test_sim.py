@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import signal
 
 import numpy as np
 import pytest
@@ -151,6 +152,21 @@ def test_a_silent_controller_costs_one_bounded_wait(probe, processes):
     reached = len(crew.net)
     crew.fly(reached + 45)
     probe.wait_for(lambda: not crew.status[-1].lost_controllers, "MU 3 to be waited for again")
+
+
+def test_a_simulator_that_stood_still_itself_blames_nobody(probe, processes):
+    sim = start(processes, "answer_timeout_s:=0.3")
+    crew = Crew(probe)
+    crew.launch()
+    for stop in range(5):  # one or the other finds it with a tick open
+        crew.fly(20 * (stop + 1))
+        sim.send(signal.SIGSTOP)
+        probe.spin_for(0.6)
+        sim.send(signal.SIGCONT)
+    crew.fly(len(crew.net) + 45)
+    probe.wait_for(lambda: crew.status[-1].tick >= 100, "status")
+    assert list(crew.status[-1].late_commands) == [0] * 4
+    assert "no answer" not in sim.output
 
 
 def test_without_the_planners_heartbeat_lockstep_waits_and_then_goes_on(probe, processes):

@@ -44,6 +44,14 @@ def test_who_is_lost_is_not_waited_for_until_it_answers():
     assert barrier.answer("mu2", 3 * TICK)
 
 
+def test_a_wait_is_counted_in_looks_at_it_and_anew_at_each_tick():
+    barrier = Barrier(frozenset({"mu1"}))
+    barrier.open(0)
+    assert [barrier.look() for _ in range(3)] == [0, 1, 2], "the first may come right after the tick began"
+    barrier.open(TICK)
+    assert barrier.look() == 0
+
+
 def test_a_command_is_held_and_then_zeroed(book):
     force = (1.0, -2.0, 0.5)
     assert book.take(0, force, 0)

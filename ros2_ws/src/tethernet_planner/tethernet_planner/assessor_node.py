@@ -64,7 +64,7 @@ class AssessorNode(Node):
         self._track: deque[tuple[int, Vector, Vector, Quaternion | None]] = deque(maxlen=_WAITING)
 
         self._door = door = Door(self)
-        self._publisher = door.publish(CaptureAssessment, topics.CAPTURE_ASSESSMENT, STATE)
+        self._publisher = door.publish(CaptureAssessment, topics.CAPTURE_ASSESSMENT, STATE_BACKLOG)
         door.subscribe(checks.mission_state(system), topics.MISSION_STATE, self._on_mission, STATE)
         door.subscribe(checks.odometry(), topics.DEBRIS_ODOMETRY, self._on_debris, STATE_BACKLOG)
         if parameters.simulated:

@@ -70,7 +70,7 @@ class PlannerNode(Node):
             raise ParameterError(f"PlannerParameters.policy: {error}") from error
         mu_count = system.unit_count
         self._door = door = Door(self)
-        self._state_publisher = door.publish(MissionState, topics.MISSION_STATE, STATE)
+        self._state_publisher = door.publish(MissionState, topics.MISSION_STATE, STATE_BACKLOG)
         self._beat_publisher = door.publish(Header, topics.PLANNER_HEARTBEAT, CONTROL)
         self._diagnostics_publisher = door.publish(DiagnosticArray, topics.DIAGNOSTICS, BULK)
         self._sequencer = MissionSequencer(

@@ -25,10 +25,13 @@ class Barrier:
     """The present tick [ns]."""
     pending: set[str] = field(default_factory=set)
     """Participants that are waited for."""
+    looks: int = 0
+    """How often somebody has looked since the tick began."""
 
     def open(self, stamp_ns: int) -> None:
         """Begin a tick."""
         self.stamp_ns = stamp_ns
+        self.looks = 0
         self.pending = set(self.participants) - self.lost
 
     def answer(self, who: str, stamp_ns: int) -> bool:
@@ -44,6 +47,15 @@ class Barrier:
             return False
         self.pending.remove(who)
         return not self.pending
+
+    def look(self) -> int:
+        """Look at the wait.
+
+        Returns:
+            How many whole intervals between looks it has lasted.
+        """
+        self.looks += 1
+        return self.looks - 1
 
     def give_up(self) -> list[str]:
         """The wait has run out: whoever is pending is lost now. Returns them."""

@@ -50,8 +50,8 @@ class Monitor:
         self._start = self._door.ask(Trigger, topics.START)
         self._abort = self._door.ask(Trigger, topics.ABORT)
         subscribe, system = self._door.subscribe, record.system
-        subscribe(checks.mission_state(system), topics.MISSION_STATE, self._on_state, qos.STATE)
-        subscribe(checks.assessment(system), topics.CAPTURE_ASSESSMENT, self._on_assessment, qos.STATE)
+        subscribe(checks.mission_state(system), topics.MISSION_STATE, self._on_state, qos.STATE_BACKLOG)
+        subscribe(checks.assessment(system), topics.CAPTURE_ASSESSMENT, self._on_assessment, qos.STATE_BACKLOG)
         subscribe(checks.sim_status(system), topics.SIM_STATUS, self._on_sim, qos.STATE)
         for mu in range(1, system.unit_count + 1):
             subscribe(checks.mu_status(mu), topics.mu_status(mu), self._on_status, qos.STATE)

@@ -42,7 +42,7 @@ def mission_topics(mu_count: int) -> list[RecordedTopic]:
     """
     result = [
         RecordedTopic(topics.CLOCK, "rosgraph_msgs/msg/Clock", tells_time=True),
-        RecordedTopic(topics.MISSION_STATE, "tethernet_msgs/msg/MissionState", latched=True, depth=_STATE_DEPTH),
+        RecordedTopic(topics.MISSION_STATE, "tethernet_msgs/msg/MissionState", latched=True),
         RecordedTopic(topics.PLANNER_HEARTBEAT, "std_msgs/msg/Header"),
         RecordedTopic(topics.DEBRIS_ODOMETRY, "nav_msgs/msg/Odometry", latched=True, tells_time=True),
         RecordedTopic(topics.CHASER_ODOMETRY, "nav_msgs/msg/Odometry", latched=True),
@@ -52,9 +52,7 @@ def mission_topics(mu_count: int) -> list[RecordedTopic]:
         RecordedTopic(topics.TF, "tf2_msgs/msg/TFMessage", shared=True),
         RecordedTopic(topics.DIAGNOSTICS, "diagnostic_msgs/msg/DiagnosticArray", shared=True),
         RecordedTopic(topics.SIM_STATUS, "tethernet_msgs/msg/SimStatus", latched=True, depth=_STATE_DEPTH),
-        RecordedTopic(
-            topics.CAPTURE_ASSESSMENT, "tethernet_msgs/msg/CaptureAssessment", latched=True, depth=_STATE_DEPTH
-        ),
+        RecordedTopic(topics.CAPTURE_ASSESSMENT, "tethernet_msgs/msg/CaptureAssessment", latched=True),
     ]
     for mu in range(1, mu_count + 1):
         result += (

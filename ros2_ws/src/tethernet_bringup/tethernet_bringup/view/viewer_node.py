@@ -133,7 +133,7 @@ class Viewer(Node):
             observer.net(seen.stamp_ns, seen.center, seen.knot_positions, seen.mu_positions, seen.locked)
 
         # Phases and verdicts are said once: their writers keep the newest for whoever lacks one, and wait for nobody.
-        state, said = checks.mission_state(system), qos.STATE
+        state, said = checks.mission_state(system), qos.STATE_BACKLOG
         self._look_at(state, topics.MISSION_STATE, lambda news: observer.state(news.message), said)
         self._look_at(checks.assessment(system), topics.CAPTURE_ASSESSMENT, observer.assessment, said)
         for body, topic in ((DEBRIS, topics.DEBRIS_ODOMETRY), (CHASER, topics.CHASER_ODOMETRY)):
