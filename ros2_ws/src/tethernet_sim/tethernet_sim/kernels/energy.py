@@ -2,7 +2,8 @@
 kernels that fly.
 
 A step changes velocities by h F / m and then moves everything with the new velocities, so that the work of a force F on
-a particle is h F (v + v') / 2 exactly, v before and v' after. What a spring stores is read from the state before and
+a particle is h F (v + v') / 2 exactly, v before and v' after. A winch or motor that moves the end of a spring works
+against the force that acts in the step, on both ends alike, over all of its way. What a spring stores is read from the state before and
 after; here is only what neither stays kinetic nor is stored: thrust, motors, dampers, slip.
 """
 
@@ -113,11 +114,10 @@ def _closing(ledger, numbers, arrays, x, v, w, mus, mu_vel, mu_vel_after, joints
         )  # fmt: skip
         if locks[1, r]:
             length, rate, mean = span[r]
-            stretch = max(length - joints[1, r], 0.0)
-            earlier = max(length - joints[0, r], 0.0) if locks[0, r] else 0.0
-            ledger[JOINT_IN] += 0.5 * numbers.joint_stiffness * (stretch * stretch - earlier * earlier)
+            tension = numbers.joint_stiffness * max(length - joints[1, r], 0.0)
             damper = arrays.joint_damping[r] * rate
-            ledger[WORK] -= h * (numbers.joint_stiffness * stretch + damper) * mean
+            ledger[JOINT_IN] += tension * ((joints[0, r] if locks[0, r] else length) - joints[1, r])
+            ledger[WORK] -= h * (tension + damper) * mean
             ledger[JOINTS] += h * damper * mean
     for thread in range(threads.shape[1]):
         stretch, mean = np.array([-threads[0, thread], -threads[1, thread]]), 0.0
@@ -126,11 +126,11 @@ def _closing(ledger, numbers, arrays, x, v, w, mus, mu_vel, mu_vel_after, joints
             if not locks[1, r]:
                 stretch[1] += span[r, 0]
                 mean += span[r, 2]
-        before, after = max(stretch[0], 0.0), max(stretch[1], 0.0)
-        moved = 0.5 * numbers.winch_stiffness * (after * after - before * before)
-        ledger[WINCH_IN] += max(moved, 0.0)
-        ledger[WINCH_SLIP] += max(-moved, 0.0)
-        ledger[WORK] -= h * numbers.winch_stiffness * after * mean
+        tension = numbers.winch_stiffness * max(stretch[1], 0.0)
+        by_winch = tension * (stretch[1] - stretch[0])
+        ledger[WINCH_IN] += max(by_winch, 0.0)
+        ledger[WINCH_SLIP] += max(-by_winch, 0.0)
+        ledger[WORK] -= h * tension * mean
 
 
 @ieee
