@@ -35,8 +35,8 @@ NODE = re.compile(r"__node:=(\w+)")
 FLIGHT_S = {"lockstep": 40.0, "realtime": 75.0}
 """What a mission without a fault may take on a busy machine, from start to end [s] of wall time."""
 LEFTOVER_S = sweeper.HEAD_START_S + sweeper.PATIENCE_S + shared_memory.YOUNG_S + 5.0
-"""After the command has ended, or was killed, its nodes and their memory are gone within this time [s]: what the sweeper
-allows itself, and its start on a busy machine."""
+"""After the command has ended, or was killed, its nodes and their memory are gone within this time [s]: what the
+sweeper allows itself, and its start on a busy machine."""
 LATE_S = {"lockstep": (2.0, 5.0), "realtime": (15.0, 40.0)}
 EARLY_S = {"lockstep": (0.0, 3.0), "realtime": (0.0, 20.0)}
 HOLDS = 0.25

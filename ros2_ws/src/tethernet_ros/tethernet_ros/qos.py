@@ -25,9 +25,9 @@ STATE = _reliable(10, QoSDurabilityPolicy.TRANSIENT_LOCAL)
 """Latched, and the newest counts: status; a late joiner gets it."""
 
 STATE_BACKLOG = _reliable(100, QoSDurabilityPolicy.TRANSIENT_LOCAL)
-"""Latched, and every sample counts: mission state and assessment, which say some things once, debris and chaser odometry.
-In lock-step a starved reader may lag behind by seconds (measured: the assessment at the trigger lost to a command on a
-machine with four times more work than cores, among ten samples of progress)."""
+"""Latched, and every sample counts: mission state and assessment, which say some things once, odometry of debris and
+chaser. In lock-step a starved reader may lag behind by seconds (measured: the assessment at the trigger lost to a
+command on a machine with four times more work than cores, among ten samples of progress)."""
 
 BULK = _reliable(100, QoSDurabilityPolicy.VOLATILE)
 """Net state and pictures of it: deep, so that a reader may lag behind by seconds."""

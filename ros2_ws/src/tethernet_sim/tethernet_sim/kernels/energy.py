@@ -3,8 +3,8 @@ kernels that fly.
 
 A step changes velocities by h F / m and then moves everything with the new velocities, so that the work of a force F on
 a particle is h F (v + v') / 2 exactly, v before and v' after. A winch or motor that moves the end of a spring works
-against the force that acts in the step, on both ends alike, over all of its way. What a spring stores is read from the state before and
-after; here is only what neither stays kinetic nor is stored: thrust, motors, dampers, slip.
+against the force that acts in the step, on both ends alike, over all of its way. What a spring stores is read from the
+state before and after; here is only what neither stays kinetic nor is stored: thrust, motors, dampers, slip.
 """
 
 from __future__ import annotations
