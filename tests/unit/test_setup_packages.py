@@ -116,6 +116,7 @@ ROSDEP = {
     "numpy": "python3-numpy",
     "rosbags": "python3-rosbags-pip",
     "scipy": "python3-scipy",
+    "tqdm": "python3-tqdm",
     "trimesh": "python3-trimesh-pip",
     "yaml": "python3-yaml",
 }

@@ -25,6 +25,7 @@ setup(
         "pyarrow",
         "pyyaml",
         "scipy",
+        "tqdm",
         "tethernet_sim",
         "tethernet_planner",
         "tethernet_control",

@@ -8,8 +8,8 @@ from collections.abc import Mapping, Sequence
 from tethernet_core.system import System
 from tethernet_learning.campaigns.cases import Case, most_units, row
 from tethernet_learning.campaigns.chunks import fly_chunks
-from tethernet_learning.campaigns.progress import Progress
 from tethernet_learning.campaigns.results import Results
+from tethernet_learning.run_progress import MissionProgress
 from tethernet_sim import cores
 from tethernet_sim.fly import Settings
 
@@ -22,12 +22,12 @@ def resume(
     before = f", {done} flown before" if done else ""
     where = f"on the cluster at {cluster}" if cluster else f"on {cores.told()}"
     print(f"{len(cases)} missions{before}; {chunk} at a time {where}", file=sys.stderr)
-    progress = Progress(len(cases), done)
     try:
-        for flown in fly_chunks(cases[done:], settings, chunk, cluster):
-            begin = len(results.rows)
-            results.add([row(begin + i, cases[begin + i], outcome, units) for i, outcome in enumerate(flown)])
-            progress.add(len(flown), sum(bool(outcome.error) for outcome in flown))
+        with MissionProgress(len(cases), done) as progress:
+            for flown in fly_chunks(cases[done:], settings, chunk, cluster):
+                begin = len(results.rows)
+                results.add([row(begin + i, cases[begin + i], outcome, units) for i, outcome in enumerate(flown)])
+                progress.add(flown)
         results.finish()
     except KeyboardInterrupt:
         print(

@@ -115,12 +115,12 @@ def make(
     }
     missing = [file for file in files if not file.exists()]
     done = count - sum(files[file].count for file in missing)
-    progress = Progress(f"{split} scenarios of {system.name}", count, done)
     flown = workers.run(functools.partial(Part.fly, settings=settings), [files[file] for file in missing], cluster)
-    for file, rows in zip(missing, flown, strict=True):
-        data_set.write(file, pa.Table.from_pylist(rows, form))
-        done += files[file].count
-        progress.tell(done)
+    with Progress(f"{split} scenarios of {system.name}", count, done, unit="scenarios") as progress:
+        for file, rows in zip(missing, flown, strict=True):
+            data_set.write(file, pa.Table.from_pylist(rows, form))
+            done += files[file].count
+            progress.tell(done)
     whole = folder / f"{split}.parquet"
     data_set.write(
         whole, pa.concat_tables([pq.read_table(file) for file in files]).replace_schema_metadata(form.metadata)

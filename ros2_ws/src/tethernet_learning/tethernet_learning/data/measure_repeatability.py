@@ -46,13 +46,13 @@ def measure(system: System, count: int, seed: int, settings: Settings) -> dict[s
         ``bound``, the share in which a surrogate that knows everything but those micrometres can be right at the most;
         standard deviations of the difference of CQI (both below 20) and locked pairs, over the square root of two.
     """
-    progress = Progress(f"scenarios of {system.name}, twice", count, 0)
     first, second = [], []
-    for begin in range(0, count, _PART):
-        chosen = data_scenarios(system, "test", seed, begin, min(_PART, count - begin))
-        first += _displaced(chosen, settings, 2 * begin)
-        second += _displaced(chosen, settings, 2 * begin + 1)
-        progress.tell(len(first))
+    with Progress(f"scenarios of {system.name}, twice", count) as progress:
+        for begin in range(0, count, _PART):
+            chosen = data_scenarios(system, "test", seed, begin, min(_PART, count - begin))
+            first += _displaced(chosen, settings, 2 * begin)
+            second += _displaced(chosen, settings, 2 * begin + 1)
+            progress.tell(len(first))
     closed = [i for i, outcome in enumerate(first) if outcome.trigger_time_s is not None]
     if not closed:
         raise InputError(f"closing began in none of {count} scenarios; take more")

@@ -19,19 +19,18 @@ from tethernet_learning import assumed_numbers, flight_settings, measured, worke
 from tethernet_learning.campaigns import pictures, tables
 from tethernet_learning.campaigns.arguments import FASTEST_DEG_S
 from tethernet_learning.campaigns.cases import outcome_columns, row
-from tethernet_learning.campaigns.progress import Progress
 from tethernet_learning.campaigns.records import plain
 from tethernet_learning.evaluation import report as evaluation_report
 from tethernet_learning.evaluation.policy_scores import Evaluated, as_json, contenders, evaluate
 from tethernet_learning.flight_digest import flight_digest
 from tethernet_learning.flight_settings import fingerprints, settings_by_system
 from tethernet_learning.random_scenarios import Turned
+from tethernet_learning.run_progress import MissionProgress
 from tethernet_learning.seeds import Purpose
 from tethernet_planner import policies
 from tethernet_planner.inference import model_file, shipped_models
 from tethernet_sim import cores
 from tethernet_sim.fly import CHUNK
-from tethernet_sim.scenario import Outcome
 
 RESULT, REPORT, PLOT, ROWS = "evaluation.json", "report.md", "fuel.png", "outcomes.csv"
 
@@ -57,15 +56,12 @@ def _run(options: argparse.Namespace, flights: flight_settings.Flights, chosen: 
         if warning := measured.stale(shipped_models.POLICY, system):
             print(f"warning: {warning}", file=sys.stderr)
     began = time.monotonic()
-    progress = Progress(options.scenarios * sum(map(len, chosen.values())))
-
-    def tell(outcomes: Sequence[Outcome]) -> None:
-        progress.add(len(outcomes), sum(bool(outcome.error) for outcome in outcomes))
-
     turned = Turned(options.attitude == "random", options.tumble_rate)
-    evaluated = evaluate(
-        chosen, options.scenarios, options.seed, flights, options.chunk, options.cluster, tell, turned, options.assumed
-    )
+    with MissionProgress(options.scenarios * sum(map(len, chosen.values()))) as progress:
+        evaluated = evaluate(
+            chosen, options.scenarios, options.seed, flights, options.chunk, options.cluster, progress.add, turned,
+            options.assumed,
+        )  # fmt: skip
     facts = {
         "scenarios": options.scenarios,
         "stream": Purpose.POLICY_EVALUATION.name,

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 import time
-from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -12,7 +11,6 @@ from tethernet_core.atomic_file import write_text
 from tethernet_core.subcommand import Parser, Subcommand
 from tethernet_core.system import System, load_system
 from tethernet_learning import measured
-from tethernet_learning.campaigns.progress import Progress
 from tethernet_learning.data import data_set, make_data
 from tethernet_learning.data.trigger import fly_and_look
 from tethernet_learning.evaluation import evaluate_policies, model_card
@@ -20,6 +18,7 @@ from tethernet_learning.evaluation import policy_scores as evaluation
 from tethernet_learning.evaluation.policy_scores import Evaluated
 from tethernet_learning.flight_digest import flight_digest
 from tethernet_learning.flight_settings import Flight, fingerprints, settings_fingerprint
+from tethernet_learning.run_progress import MissionProgress
 from tethernet_learning.seeds import Purpose
 from tethernet_learning.surrogates import surrogate_report
 from tethernet_learning.surrogates.surrogate_scores import scores
@@ -49,12 +48,8 @@ def measure_policies(count: int, facts: dict[str, Any], folder: Path) -> list[Ev
     settings = _settings(shipped_models.POLICY)
     flights = {system: Flight(system, one) for system, one in settings.items()}
     chosen = evaluation.contenders([policies.RL], list(flights))
-    progress = Progress(count * sum(map(len, chosen.values())))
-
-    def tell(outcomes: Sequence[Outcome]) -> None:
-        progress.add(len(outcomes), sum(bool(outcome.error) for outcome in outcomes))
-
-    evaluated = evaluation.evaluate(chosen, count, 0, flights, progress=tell)
+    with MissionProgress(count * sum(map(len, chosen.values()))) as progress:
+        evaluated = evaluation.evaluate(chosen, count, 0, flights, progress=progress.add)
     facts = {
         "scenarios": count,
         "stream": Purpose.POLICY_EVALUATION.name,
@@ -98,24 +93,25 @@ def measure_surrogates(count: int, facts: dict[str, Any]) -> dict[str, dict[str,
         Scores by name of the system, see :func:`.surrogate_scores.scores`.
     """
     by_system = _settings(shipped_models.SURROGATE)
-    progress, found = Progress(len(by_system) * count), {}
-    for system, settings in by_system.items():
-        file = shipped_models.place(shipped_models.SURROGATE, system.name)
-        surrogate = Surrogate.load(file)
-        surrogate.check_system(system)
-        outcomes: list[Outcome] = []
-        seen = []
-        for begin in range(0, count, _PART):
-            flown = make_data.scenarios(system, "test", 0, begin, min(_PART, count - begin))
-            some, looks = fly_and_look(flown, settings, stop_at_trigger=False)
-            outcomes += some
-            seen += looks
-            progress.add(len(some), sum(bool(outcome.error) for outcome in some))
-        test = data_set.captures(outcomes, seen, dict(facts), system)
-        found[system.name] = scores(surrogate, test)
-        content = {"scenarios": count, "stream": Purpose.SURROGATE_TEST.name, "seed": 0, **facts}
-        content |= {"flight_parameters": settings_fingerprint(settings), "scores": found[system.name]}
-        _write(shipped_models.SURROGATE, surrogate, content, None)
+    found = {}
+    with MissionProgress(len(by_system) * count) as progress:
+        for system, settings in by_system.items():
+            file = shipped_models.place(shipped_models.SURROGATE, system.name)
+            surrogate = Surrogate.load(file)
+            surrogate.check_system(system)
+            outcomes: list[Outcome] = []
+            seen = []
+            for begin in range(0, count, _PART):
+                flown = make_data.scenarios(system, "test", 0, begin, min(_PART, count - begin))
+                some, looks = fly_and_look(flown, settings, stop_at_trigger=False)
+                outcomes += some
+                seen += looks
+                progress.add(some)
+            test = data_set.captures(outcomes, seen, dict(facts), system)
+            found[system.name] = scores(surrogate, test)
+            content = {"scenarios": count, "stream": Purpose.SURROGATE_TEST.name, "seed": 0, **facts}
+            content |= {"flight_parameters": settings_fingerprint(settings), "scores": found[system.name]}
+            _write(shipped_models.SURROGATE, surrogate, content, None)
     return found
 
 

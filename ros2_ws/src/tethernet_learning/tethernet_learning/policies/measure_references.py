@@ -38,8 +38,8 @@ def measure(system: System, count: int, seed: int, settings: Settings) -> dict[s
         InputError: when no mission was captured, which is what the constants are measured on.
     """
     scenarios = random_scenarios(system, Purpose.REWARD_REFERENCES, seed, 0, count)
-    progress = Progress(f"missions of {system.name}", count)
-    outcomes = fly_many(scenarios, settings, progress=lambda n, _: progress.tell(n))
+    with Progress(f"missions of {system.name}", count) as progress:
+        outcomes = fly_many(scenarios, settings, progress=lambda n, _: progress.tell(n))
     done = flown.from_outcomes(outcomes, system)
     if not done.captured.any():
         raise InputError(

@@ -58,16 +58,16 @@ def run(options: argparse.Namespace) -> None:
     """Measure and print a table."""
     system = chosen_system(options)
     aimed_task_of(system)  # there must be units
-    settings, progress = Settings.load(system), Progress("widths", len(options.factors))
-    print(HEAD + "\n|" + "---|" * (HEAD.count("|") - 1), flush=True)
-    for number_, factor in enumerate(options.factors, 1):
-        r = measure(system, factor, options.scenarios, options.seed, settings)
-        print(
-            f"| {factor:g} | {100 * r['captured']:.0f} % | {r['fuel_kg']:.5f} | {r['fuel_at_trigger_kg']:.5f} | "
-            f"{r['trigger_time_s']:.2f} | {r['mouth_area_m2']:.0f} |",
-            flush=True,
-        )
-        progress.tell(number_)
+    settings = Settings.load(system)
+    with Progress("widths", len(options.factors)) as progress:
+        progress.print(HEAD + "\n|" + "---|" * (HEAD.count("|") - 1))
+        for number_, factor in enumerate(options.factors, 1):
+            r = measure(system, factor, options.scenarios, options.seed, settings)
+            progress.print(
+                f"| {factor:g} | {100 * r['captured']:.0f} % | {r['fuel_kg']:.5f} | {r['fuel_at_trigger_kg']:.5f} | "
+                f"{r['trigger_time_s']:.2f} | {r['mouth_area_m2']:.0f} |"
+            )
+            progress.tell(number_)
 
 
 def _add_arguments(parser: Parser) -> None:

@@ -23,9 +23,9 @@ def run(options: argparse.Namespace) -> None:
     require("cma")
     run_folder.claim(options.output, {"command": "optimise_offsets", **facts})
     flown = settings.generations * settings.scenarios * settings.candidates
-    progress = Progress(f"episodes of {settings.system.name}", flown)
     about = {"method": "cma-es", **facts, "commit": model_file.commit()}
-    policy = search(options.output, settings, source, reward, progress.tell, about)
+    with Progress(f"episodes of {settings.system.name}", flown) as progress:
+        policy = search(options.output, settings, source, reward, progress.tell, about)
     policy.save(options.output / POLICY)
     print(options.output / POLICY)
     middle = np.add(policy.task.debris_low_m, policy.task.debris_high_m) / 2.0

@@ -58,11 +58,11 @@ def train(folder: Path, settings: PpoSettings, source: sources.Source, reward: R
         checkpoint.load(found, model)
     model.set_logger(configure(str(folder / "tensorboard"), ["tensorboard"]))
     lines = [line for line in history.read(folder / history.FILE) if line[0] <= begun]
-    progress = Progress(f"episodes of {settings.system.name}", settings.episodes, begun)
-    recorder = Recorder(folder, checkpoints, lines, progress, _CHECKPOINT_EVERY * settings.update_episodes)
     began = time.monotonic()
     if begun < settings.episodes:
-        model.learn(settings.episodes - begun, callback=recorder, reset_num_timesteps=False)
+        with Progress(f"episodes of {settings.system.name}", settings.episodes, begun) as progress:
+            recorder = Recorder(folder, checkpoints, lines, progress, _CHECKPOINT_EVERY * settings.update_episodes)
+            model.learn(settings.episodes - begun, callback=recorder, reset_num_timesteps=False)
         checkpoint.save(checkpoints, model)
     rate = (settings.episodes - begun) / max(time.monotonic() - began, 1e-9)
     history.write(folder / history.FILE, lines)

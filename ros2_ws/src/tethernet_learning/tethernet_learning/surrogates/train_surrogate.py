@@ -49,8 +49,8 @@ def train_one(
         if isinstance(training, train_trees.TreeTraining):
             model, arrays = TREES, train_trees.train(training, material, seed + number)
         else:
-            progress = Progress(f"epochs of {name} {number + 1} of {len(chosen)}", training.epochs)
-            model, arrays = training.model, train_networks.train(training, material, seed + number, progress.tell)
+            with Progress(f"epochs of {name} {number + 1} of {len(chosen)}", training.epochs) as progress:
+                model, arrays = training.model, train_networks.train(training, material, seed + number, progress.tell)
         members.append(arrays)
     facts = {"name": name, "training": dataclasses.asdict(training), "seconds": time.monotonic() - began}
     return finish(model, members, chosen, {**about, **facts})
