@@ -144,7 +144,7 @@ def _install_sources(places: Places, report: Report) -> None:
             *_site_packages(places).glob(f"{package}-*.dist-info"),
             *_site_packages(places).glob(f"*{package}-*.pth"),
         ):
-            _remove_commands(places, left / "entry_points.txt")
+            _remove_commands(places, left)
             _remove(left)
     # "compat" writes plain .pth lines: faster to import through than setuptools' finder, in every process.
     options = ("--no-deps", "--no-build-isolation", "--use-pep517", "--config-settings", "editable_mode=compat")
@@ -158,11 +158,17 @@ def _install_sources(places: Places, report: Report) -> None:
     _pip_check(places)
 
 
-def _remove_commands(places: Places, entry_points: Path) -> None:
-    """Those of an earlier installation: one that is there no more would end in a traceback."""
-    if entry_points.is_file():
-        for name in re.findall(r"^([\w.-]+) *=", entry_points.read_text(encoding="utf-8"), re.MULTILINE):
-            (places.venv / "bin" / name).unlink(missing_ok=True)
+def _remove_commands(places: Places, metadata: Path) -> None:
+    """Those of an earlier installation: one that is there no more would end in a traceback.
+
+    Args:
+        places: the environment.
+        metadata: the installation's ``.dist-info`` folder.
+    """
+    from importlib.metadata import Distribution  # not at every start
+
+    for command in Distribution.at(metadata).entry_points.select(group="console_scripts"):
+        (places.venv / "bin" / command.name).unlink(missing_ok=True)
 
 
 def _message_files(places: Places) -> list[Path]:

@@ -14,6 +14,7 @@ from pathlib import Path
 
 import pytest
 
+from bootstrap import pins as locks
 from bootstrap import steps
 from bootstrap.clashes import clashes, normal, own_packages
 from bootstrap.places import MESSAGE_PACKAGES, PYTHON_PACKAGES, ROOT, Places, venv_places
@@ -38,6 +39,12 @@ def pins(name: str) -> dict[str, str]:
 def test_all_requirements_are_pinned_as_the_lock_says(name):
     lock = pins("constraints")
     assert {package: lock.get(package) for package in pins(name)} == pins(name)
+
+
+def test_a_lock_has_the_version_that_an_index_knows_of_each_package():
+    versions = {"torch": "2.13.0+cpu", "PyYAML": "6.0.3", "ros_jazzy.rclpy": "7.1.6"}
+    report = {"install": [{"metadata": {"name": name, "version": found}} for name, found in versions.items()]}
+    assert locks.lines(report) == ["pyyaml==6.0.3", "ros-jazzy-rclpy==7.1.6", "torch==2.13.0"]
 
 
 def test_what_shows_missions_adds_no_package_that_is_not_pinned():
@@ -255,6 +262,6 @@ def test_commands_of_an_earlier_installation_go(tmp_path):
         (tmp_path / "bin" / name).touch()
     listed = tmp_path / "entry_points.txt"
     listed.write_text("[console_scripts]\nsalvage = a.b:main\ncheck-driver = c:main\ngone = d:main\n")
-    steps._remove_commands(places, listed)
+    steps._remove_commands(places, tmp_path)
     assert [path.name for path in (tmp_path / "bin").iterdir()] == ["python"]
     steps._remove_commands(places, tmp_path / "not there")
