@@ -15,6 +15,6 @@ if __name__ == "__main__":
     launch(
         "tethernet_bringup.analysis.command_line",
         "analysis",
-        "tethernet_bringup/tethernet_bringup/analysis/arguments.py",
+        "tethernet_bringup.analysis.arguments",
         sys.argv[1:],
     )

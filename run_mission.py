@@ -15,6 +15,6 @@ if __name__ == "__main__":
     launch(
         "tethernet_bringup.mission.command_line",
         "mission",
-        "tethernet_bringup/tethernet_bringup/mission/arguments.py",
+        "tethernet_bringup.mission.arguments",
         sys.argv[1:],
     )

@@ -15,6 +15,6 @@ if __name__ == "__main__":
     launch(
         "tethernet_bringup.view.command_line",
         "analysis",
-        "tethernet_bringup/tethernet_bringup/view/arguments.py",
+        "tethernet_bringup.view.arguments",
         sys.argv[1:],
     )

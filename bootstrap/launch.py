@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import importlib.util
+import importlib
 import os
 import signal
 import sys
 from collections.abc import Callable, Mapping, Sequence
-from pathlib import Path
 from types import ModuleType
 from typing import NoReturn
 
@@ -19,23 +18,22 @@ from .report import Report
 from .steps import PROFILES, ROS_PROFILES
 
 FAULT = 1
-QUIET_START = "tethernet_core/tethernet_core/quiet_start.py"
-"""Below ros2_ws/src; needs nothing but the standard library."""
+QUIET_START = "tethernet_core.quiet_start"
 
 
-def launch(module: str, profile: str, arguments_file: str, argv: Sequence[str]) -> NoReturn:
+def launch(module: str, profile: str, arguments: str, argv: Sequence[str]) -> NoReturn:
     """Run a module in the environment, by replacing this process; set the environment up before, if need be.
 
     Args:
         module: what to run, as in ``python -m``.
         profile: which steps of the set-up it needs.
-        arguments_file: file below ros2_ws/src that knows the command line: ``parse(argv)`` with nothing but the
-            standard library, ending the process for ``--help`` and bad usage. Used where a set-up would come first,
-            which nobody wants to wait for just to read of a typing error.
+        arguments: module that knows the command line: ``parse(argv)`` with nothing but the standard library, ending
+            the process for ``--help`` and bad usage. Used where a set-up would come first, which nobody wants to wait
+            for just to read of a typing error.
         argv: the words after the script's name.
     """
-    _load(QUIET_START).open_standard_streams()
-    python, environment = prepare((profile,), lambda: _parse_early(arguments_file, argv))
+    _ours(QUIET_START).open_standard_streams()
+    python, environment = prepare((profile,), lambda: _ours(arguments).parse(list(argv)))
     # The module takes these as soon as it can (tethernet_core.command); until then they wait.
     signal.pthread_sigmask(signal.SIG_BLOCK, (signal.SIGINT, signal.SIGTERM, signal.SIGHUP))
     # -P: a file in the user's working folder must not take the place of a library.
@@ -68,7 +66,7 @@ def prepare(
         if fresh or pending(places, steps):
             before()
             ensure(places, steps, report, fresh=fresh)
-        given = _load(QUIET_START).absolute_search_paths(os.environ)
+        given = _ours(QUIET_START).absolute_search_paths(os.environ)
         return str(places.python), given if own_ros else runtime.environment(places, given)
     except SetupError as error:
         report.say(f"Set-up failed: {error}")
@@ -108,26 +106,10 @@ def _own_ros(given: Mapping[str, str], report: Report) -> bool:
     return True
 
 
-def _parse_early(arguments_file: str, argv: Sequence[str]) -> None:
-    """Let the command line's own module look at it. Where that cannot be loaded, the command itself will complain."""
-    try:
-        module = _load(arguments_file)
-    except (ImportError, OSError):
-        return
-    module.parse(list(argv))
-
-
-def _load(file: str) -> ModuleType:
-    """A module of the project that needs nothing but the standard library, from before the set-up.
-
-    Args:
-        file: below ros2_ws/src.
-    """
-    path = Path(venv_places().sources, file)
-    spec = importlib.util.spec_from_file_location("_early_" + path.stem, path)
-    if spec is None or spec.loader is None:
-        raise ImportError(f"{path} is no module")
-    module = importlib.util.module_from_spec(spec)
-    sys.modules[spec.name] = module  # dataclasses look themselves up there
-    spec.loader.exec_module(module)
-    return module
+def _ours(module: str) -> ModuleType:
+    """A module of the project that needs nothing but the standard library, from its sources: before the set-up."""
+    sources = venv_places().sources
+    for package in ("tethernet_core", "tethernet_bringup"):
+        if str(sources / package) not in sys.path:
+            sys.path.insert(0, str(sources / package))
+    return importlib.import_module(module)

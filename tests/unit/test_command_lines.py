@@ -23,12 +23,12 @@ WORDS = {
     "a parameter file that is a folder": (["--params", "/tmp"], "Is a directory"),
     "an empty parameter file": (["--params", "/dev/null"], "expected 'NODE:"),
     "an output folder's name of 300 letters": (["--output", LONG], "File name too long; allowed"),
-    "a whole number of 5000 digits": (["--seed", "9" * 5000], "allowed: 0 to"),
-    "a word of 5000 letters": (["--mus", "x" * 5000], "not a whole number"),
+    "a whole number of 5000 digits": (["--seed", "9" * 5000], "allowed: a whole number from 0 to"),
+    "a word of 5000 letters": (["--mus", "x" * 5000], "allowed: a whole number"),
     "a pace of 5000 letters": (["--pace", "x" * 5000], "allowed: realtime or lockstep"),
-    "a domain of 5000 digits": (["--domain-id", "1" * 5000], "allowed: 0 to 232"),
-    "an unknown flag of 5000 letters": (["--" + "x" * 5000], "unrecognized arguments"),
-    "a number beyond all floats": (["--debris", "1e400", "0", "-50"], "not finite"),
+    "a domain of 5000 digits": (["--domain-id", "1" * 5000], "allowed: a whole number from 0 to 232"),
+    "an unknown flag of 5000 letters": (["--" + "x" * 5000], "no such option"),
+    "a number beyond all floats": (["--debris", "1e400", "0", "-50"], "1e400: allowed: finite numbers"),
 }
 
 FILES = {

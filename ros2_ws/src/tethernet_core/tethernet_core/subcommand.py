@@ -1,17 +1,21 @@
-"""Sub-commands of ``tethernet``: what each consists of, and how its words are read."""
+"""Command lines: how words are read, and what a sub-command of ``tethernet`` consists of.
+
+Standard library only: ``run_mission.py`` refuses bad usage before the set-up has installed anything.
+"""
 
 from __future__ import annotations
 
 import argparse
 import math
 import re
+import sys
 import textwrap
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any, NoReturn
 
 from tethernet_core.near_match import near_match
-from tethernet_core.shown import shown
+from tethernet_core.shown import SHORT, shown
 
 _WIDTH = 100
 """Of texts in a help [characters]."""
@@ -20,18 +24,24 @@ EXIT_STATUS = "exit status: 0 done, 1 a fault, 2 bad usage, 130 interrupted"
 
 
 class Parser(argparse.ArgumentParser):
-    """Reads the words of one sub-command.
+    """Reads the words of one command.
 
     Options are given in full; a number may begin with a minus sign in any notation; errors show what was given escaped
     and cut, and hint at the option that was probably meant.
     """
 
-    def __init__(self, program: str, description: str, epilog: str = ""):
+    def __init__(self, program: str, description: str, epilog: str = "", *, wrapped: bool = False):
+        """Args:
+        program: the command's name.
+        description: shown above the options.
+        epilog: shown below them.
+        wrapped: whether the two are broken into lines anew, to the terminal's width.
+        """
         super().__init__(
             prog=program,
             description=description,
             epilog=epilog,
-            formatter_class=argparse.RawDescriptionHelpFormatter,
+            formatter_class=argparse.HelpFormatter if wrapped else argparse.RawDescriptionHelpFormatter,
             allow_abbrev=False,
         )
 
@@ -51,7 +61,7 @@ class Parser(argparse.ArgumentParser):
         options = words[: words.index("--")] if "--" in words else words
         for name in (word.partition("=")[0] for word in options if word.startswith("--")):
             if name not in known:
-                self.error(f"{name}: no such option{near_match(name, known)}")
+                self.error(f"{shown(name, SHORT)}: no such option{near_match(name, known)}")
         return super().parse_args([_shielded(word) for word in words], namespace)
 
 
@@ -90,28 +100,44 @@ class Subcommand:
 
 def whole_number(low: int, high: float = math.inf) -> Callable[[str], int]:
     """The type of an option that takes whole numbers from ``low`` to ``high``."""
-    allowed = f"a whole number from {low}" + (f" to {high:.0f}" if high < math.inf else "")
+    allowed = f"a whole number from {low}" + (f" to {int(high)}" if high < math.inf else "")
     return lambda word: _checked(word, int, low, high, allowed)
 
 
-def number(low: float, high: float = math.inf, unit: str = "", *, above: bool = False) -> Callable[[str], float]:
+def number(
+    low: float = -math.inf, high: float = math.inf, unit: str = "", *, above: bool = False
+) -> Callable[[str], float]:
     """The type of an option that takes finite numbers.
 
     Args:
-        low: the smallest.
+        low: the smallest; may be infinite if ``high`` is.
         high: the largest; may be infinite.
         unit: named in errors.
         above: ``low`` itself is not allowed.
     """
-    if above:
+    if low == -math.inf:
+        allowed = "finite numbers"
+    elif above:
         allowed = f"more than {low:g} {unit}" + (f", at most {high:g} {unit}" if high < math.inf else "")
     else:
         allowed = f"{low:g} to {high:g} {unit}" if high < math.inf else f"{low:g} {unit} or more"
     smallest = math.nextafter(low, math.inf) if above else low
-    return lambda word: _checked(word, float, smallest, min(high, _LARGEST), allowed.replace("  ", " ").strip())
+    least, most = max(smallest, -sys.float_info.max), min(high, sys.float_info.max)
+    return lambda word: _checked(word, float, least, most, allowed.replace("  ", " ").strip())
 
 
-_LARGEST = 1.7976931348623157e308
+def one_of(*allowed: str) -> Callable[[str], str]:
+    """The type of an option that takes one of a few words.
+
+    Other than by argparse's ``choices``, what is allowed is told however long the word is that was given.
+    """
+
+    def chosen(word: str) -> str:
+        if word not in allowed:
+            raise argparse.ArgumentTypeError(f"{shown(word.strip(), SHORT)}: unknown; allowed: {' or '.join(allowed)}")
+        return word
+
+    return chosen
 
 
 def _checked(word: str, kind: Callable[[str], Any], low: float, high: float, allowed: str) -> Any:
@@ -120,7 +146,7 @@ def _checked(word: str, kind: Callable[[str], Any], low: float, high: float, all
     except ValueError:
         value = math.nan
     if not low <= value <= high:
-        raise argparse.ArgumentTypeError(f"{word.strip()}: allowed: {allowed}")
+        raise argparse.ArgumentTypeError(f"{shown(word.strip(), SHORT)}: allowed: {allowed}")
     return value
 
 

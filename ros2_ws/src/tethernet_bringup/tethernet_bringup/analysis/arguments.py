@@ -6,6 +6,8 @@ import argparse
 from collections.abc import Sequence
 from pathlib import Path
 
+from tethernet_core.subcommand import Parser
+
 PROGRAM = "analyse_mission.py"
 FORMATS = ("png", "svg", "pdf")
 
@@ -21,19 +23,15 @@ def parse(argv: Sequence[str]) -> argparse.Namespace:
     Raises:
         SystemExit: status 2 for bad usage, with a message on stderr; 0 for --help.
     """
-    parser = argparse.ArgumentParser(
-        prog=PROGRAM,
-        description="Make a table, pictures and a report (one HTML file) from the bag of a mission, whole or torn.",
-        epilog=EXIT_STATUS,
-        allow_abbrev=False,
-    )
+    description = "Make a table, pictures and a report (one HTML file) from the bag of a mission, whole or torn."
+    parser = Parser(PROGRAM, description, EXIT_STATUS, wrapped=True)
     add_arguments(parser)
     parser.add_argument(
         "--salvage",
         action="store_true",
         help="rewrite a torn bag into a whole one in DIR (default: BAG_salvaged), and do nothing else",
     )
-    return parser.parse_args(list(argv))
+    return parser.parse_args(argv)
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

@@ -10,12 +10,13 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import NamedTuple
 
+from tethernet_core.shown import SHORT, shown
+from tethernet_core.subcommand import Parser
+
 PROGRAM = "view_mission.py"
 WINDOW, WEB, FILE = "window", "web", "file"
 SUFFIX = ".rrd"
 ALLOWED = f"{WINDOW}, {WEB}, or the name of a file that ends in {SUFFIX}"
-LONGEST_WORD = 80
-"""[characters] shown of what was given."""
 
 EXIT_STATUS = (
     "exit status: 0 done, 1 no bag, or one that cannot be shown (the reason is printed), 2 bad usage, 130 interrupted"
@@ -43,22 +44,22 @@ def view_target(word: str) -> Target:
     """
     if word in (WINDOW, WEB):
         return Target(word)
-    shown = word if len(word) <= LONGEST_WORD else word[: LONGEST_WORD - 1] + "…"
+    given = shown(word, SHORT)
     if not word.endswith(SUFFIX) or Path(word).name == SUFFIX:
-        raise ValueError(f"{shown}: cannot be meant; allowed: {ALLOWED}")
+        raise ValueError(f"{given}: cannot be meant; allowed: {ALLOWED}")
     path = Path(word).expanduser().absolute()
     try:
         path.stat()
     except (FileNotFoundError, NotADirectoryError, PermissionError):
         pass
     except (OSError, ValueError):  # such as a name that is too long, or with a NUL in it
-        raise ValueError(f"{shown}: can be no file's name; allowed: {ALLOWED}") from None
+        raise ValueError(f"{given}: can be no file's name; allowed: {ALLOWED}") from None
     if path.is_dir():
-        raise ValueError(f"{shown}: is a folder; allowed: {ALLOWED}")
+        raise ValueError(f"{given}: is a folder; allowed: {ALLOWED}")
     if not path.parent.is_dir():
-        raise ValueError(f"{shown}: its folder does not exist; allowed: a file in a folder that is there")
+        raise ValueError(f"{given}: its folder does not exist; allowed: a file in a folder that is there")
     if not os.access(path if path.exists() else path.parent, os.W_OK):
-        raise ValueError(f"{shown}: cannot be written; allowed: a file in a folder that you may write to")
+        raise ValueError(f"{given}: cannot be written; allowed: a file in a folder that you may write to")
     return Target(FILE, path)
 
 
@@ -71,14 +72,10 @@ def parse(argv: Sequence[str]) -> argparse.Namespace:
     Raises:
         SystemExit: status 2 for bad usage, with a message on stderr; 0 for --help.
     """
-    parser = argparse.ArgumentParser(
-        prog=PROGRAM,
-        description="Show the bag of a mission in three dimensions and as time series.",
-        epilog=EXIT_STATUS,
-        allow_abbrev=False,
-    )
+    description = "Show the bag of a mission in three dimensions and as time series."
+    parser = Parser(PROGRAM, description, EXIT_STATUS, wrapped=True)
     add_arguments(parser)
-    return parser.parse_args(list(argv))
+    return parser.parse_args(argv)
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
