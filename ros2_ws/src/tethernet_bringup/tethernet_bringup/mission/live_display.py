@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import os
 import shutil
 import time
 from typing import TYPE_CHECKING, TextIO
@@ -39,11 +40,11 @@ class Display:
         """Args:
         stream: where to print.
         report_period_s: mission time between two plain lines [s].
-        live: whether the last line may be overwritten; by default, whether ``stream`` is a terminal.
+        live: whether the last line may be overwritten; by default, whether ``stream`` is a terminal that can do it.
         """
         self._stream = stream
         self._period = report_period_s
-        self._live = stream.isatty() if live is None else live
+        self._live = stream.isatty() and os.environ.get("TERM") != "dumb" if live is None else live
         self._shown = 0.0
         self._open_line = False
         self._gone = False
