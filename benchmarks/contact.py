@@ -11,6 +11,7 @@ import statistics
 import sys
 from typing import Any
 
+from tethernet_core.subcommand import whole_number
 from tethernet_sim import cores
 from tethernet_sim.fly import Settings, fly
 from tethernet_sim.scenario import Scenario
@@ -26,10 +27,10 @@ def main(argv: list[str] | None = None) -> int:
     """Run the benchmark. Returns 0."""
     parser = argparse.ArgumentParser(prog="python -m benchmarks.contact", description=__doc__.splitlines()[0])
     parser.add_argument("--smoke", action="store_true", help="missions of a second, one turn")
-    parser.add_argument("--turns", type=int, default=5, metavar="N", help="missions of each contact; default 5")
+    parser.add_argument(
+        "--turns", type=whole_number(1), default=5, metavar="N", help="missions of each contact; default 5"
+    )
     options = parser.parse_args(argv)
-    if options.turns < 1:
-        parser.error(f"--turns {options.turns}: allowed: 1 or more")
     turns, mission = (1, CAPTURE_AT_ONCE) if options.smoke else (options.turns, {})
 
     cores.use(1)

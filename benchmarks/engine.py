@@ -13,6 +13,7 @@ import statistics
 import sys
 from typing import Any
 
+from tethernet_core.subcommand import whole_number
 from tethernet_sim import cores
 
 from .deployment import DURATION_S, Deployment, fly_engine, fly_mujoco
@@ -28,10 +29,10 @@ def main(argv: list[str] | None = None) -> int:
     """Run the benchmark. Returns 0."""
     parser = argparse.ArgumentParser(prog="python -m benchmarks.engine", description=__doc__.splitlines()[0])
     parser.add_argument("--smoke", action="store_true", help=f"only {SMOKE_S:g} s of deployment, one turn")
-    parser.add_argument("--turns", type=int, default=5, metavar="N", help="repetitions of both codes; default 5")
+    parser.add_argument(
+        "--turns", type=whole_number(1), default=5, metavar="N", help="repetitions of both codes; default 5"
+    )
     options = parser.parse_args(argv)
-    if options.turns < 1:
-        parser.error(f"--turns {options.turns}: allowed: 1 or more")
     duration, turns = (SMOKE_S, 1) if options.smoke else (DURATION_S, options.turns)
 
     cores.use(1)

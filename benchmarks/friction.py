@@ -17,6 +17,7 @@ from typing import Any
 import numpy as np
 
 from tethernet_core.rotation import inverse, rotate
+from tethernet_core.subcommand import whole_number
 from tethernet_sim import cores
 from tethernet_sim.debris import surface_distance
 from tethernet_sim.fly import Settings, fly
@@ -73,11 +74,11 @@ def main(argv: list[str] | None = None) -> int:
     parser = argparse.ArgumentParser(prog="python -m benchmarks.friction", description=__doc__.splitlines()[0])
     parser.add_argument("--smoke", action="store_true", help="one mission of a second a row")
     parser.add_argument("--system", default="zenit_8mu", metavar="NAME", help="what is flown; default zenit_8mu")
-    parser.add_argument("--missions", type=int, default=20, metavar="N", help="missions of each row; default 20")
+    parser.add_argument(
+        "--missions", type=whole_number(1), default=20, metavar="N", help="missions of each row; default 20"
+    )
     parser.add_argument("--friction", type=float, nargs="+", default=FRICTION, metavar="MU", help="coefficients")
     options = parser.parse_args(argv)
-    if options.missions < 1:
-        parser.error(f"--missions {options.missions}: allowed: 1 or more")
     missions = 1 if options.smoke else options.missions
     cores.use(1)
     figures: dict[str, Any] = {"system": options.system, "missions": missions}

@@ -27,6 +27,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from tethernet_core.subcommand import whole_number
+
 from .empty_graph import EmptyFlown, EmptyMissionError, fly_empty
 from .figures import conclude, cores, machine
 from .processes import CpuSampler
@@ -239,7 +241,9 @@ def main(argv: list[str] | None = None) -> int:
 def _options(argv: list[str] | None) -> argparse.Namespace:
     parser = argparse.ArgumentParser(prog="python -m benchmarks.graph", description=__doc__.splitlines()[0])
     parser.add_argument("--smoke", action="store_true", help="missions of a few seconds")
-    parser.add_argument("--missions", type=int, default=3, metavar="N", help="missions in lock-step; default 3")
+    parser.add_argument(
+        "--missions", type=whole_number(1), default=3, metavar="N", help="missions in lock-step; default 3"
+    )
     parser.add_argument(
         "--domain-id",
         type=int,
@@ -254,10 +258,7 @@ def _options(argv: list[str] | None) -> argparse.Namespace:
         metavar="WORDS",
         help="what starts a mission, as one argument; default: this Python with run_mission.py",
     )
-    options = parser.parse_args(argv)
-    if options.missions < 1:
-        parser.error(f"--missions {options.missions}: allowed: 1 or more")
-    return options
+    return parser.parse_args(argv)
 
 
 if __name__ == "__main__":

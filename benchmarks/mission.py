@@ -11,6 +11,7 @@ import statistics
 import sys
 import time
 
+from tethernet_core.subcommand import whole_number
 from tethernet_sim import cores
 from tethernet_sim.fly import Settings, fly, fly_many
 from tethernet_sim.scenario import Scenario
@@ -71,11 +72,13 @@ def main(argv: list[str] | None = None) -> int:
     """Run the benchmark. Returns 0."""
     parser = argparse.ArgumentParser(prog="python -m benchmarks.mission", description=__doc__.splitlines()[0])
     parser.add_argument("--smoke", action="store_true", help="missions of a second")
-    parser.add_argument("--missions", type=int, default=5, metavar="N", help="missions of each design; default 5")
-    parser.add_argument("--batch", type=int, default=16, metavar="N", help="scenarios of a batch; default 16")
+    parser.add_argument(
+        "--missions", type=whole_number(1), default=5, metavar="N", help="missions of each design; default 5"
+    )
+    parser.add_argument(
+        "--batch", type=whole_number(1), default=16, metavar="N", help="scenarios of a batch; default 16"
+    )
     options = parser.parse_args(argv)
-    if options.missions < 1 or options.batch < 1:
-        parser.error(f"--missions {options.missions} --batch {options.batch}: allowed: 1 or more")
     missions, batch = (1, 4) if options.smoke else (options.missions, options.batch)
     settings = Settings.load(mission=CAPTURE_AT_ONCE) if options.smoke else Settings.load()
 

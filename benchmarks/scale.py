@@ -20,6 +20,7 @@ from dataclasses import fields, replace
 
 import numpy as np
 
+from tethernet_core.subcommand import whole_number
 from tethernet_core.system import load_system
 from tethernet_sim import cores
 from tethernet_sim.engine import Commands, EdgeListEngine, Engine, GridEngine
@@ -45,10 +46,10 @@ def main(argv: list[str] | None = None) -> int:
     """Run the benchmark. Returns 0."""
     parser = argparse.ArgumentParser(prog="python -m benchmarks.scale", description=__doc__.splitlines()[0])
     parser.add_argument("--smoke", action="store_true", help="two sizes, two batches, one short turn")
-    parser.add_argument("--turns", type=int, default=5, metavar="N", help="repetitions of both engines; default 5")
+    parser.add_argument(
+        "--turns", type=whole_number(1), default=5, metavar="N", help="repetitions of both engines; default 5"
+    )
     options = parser.parse_args(argv)
-    if options.turns < 1:
-        parser.error(f"--turns {options.turns}: allowed: 1 or more")
     sides: tuple[int, ...] = SIDES
     batches: tuple[int, ...] = BATCHES
     steps, turns = STEPS, options.turns

@@ -126,7 +126,7 @@ def test_graph_tells_what_the_mission_said_when_it_fails(command, said):
 def test_nothing_to_measure_is_bad_usage(name, words):
     done = run(name, *words)
     assert done.returncode == 2
-    assert "allowed: 1 or more" in done.stderr
+    assert "0: allowed: a whole number from 1" in done.stderr
 
 
 def test_the_last_line_rounds_and_has_null_for_what_is_not_a_number(capsys):
