@@ -47,7 +47,7 @@ class Progress:
         self._what, self._total, self._before, self._every_s, self._clock = what, total, done, every_s, clock
         self._unit = " " + (unit or what.split(maxsplit=1)[0])
         self._stream = stream or sys.stderr
-        self._bar = self._new_bar() if self._stream.isatty() and os.environ.get("TERM") != "dumb" else None
+        self._bar = self._new_bar() if _can_overwrite(self._stream) else None
         self._began = self._reported = clock()
         self._open = contextlib.ExitStack()
 
@@ -117,3 +117,8 @@ class MissionProgress(Progress):
         self._done += len(outcomes)
         self._errors += sum(bool(outcome.error) for outcome in outcomes)
         self.tell(self._done, f"{self._errors} in error" if self._errors else "")
+
+
+def _can_overwrite(stream: TextIO) -> bool:
+    """Whether it is a terminal that can move its cursor and knows how wide it is; tqdm shows nothing where it is 0."""
+    return stream.isatty() and os.environ.get("TERM") != "dumb" and os.get_terminal_size(stream.fileno()).columns > 1
