@@ -1,6 +1,7 @@
 """Bags: what rosbag2, rosbags and mcap expect, and what is left of them when a disk is full or a process dies."""
 
 import errno
+import math
 import os
 
 import pytest
@@ -170,15 +171,15 @@ def test_metadata_is_in_block_style(bag):
     for line in (
         "  starting_time:",
         f"    nanoseconds_since_epoch: {START_NS}",
-        "    - topic_metadata:",
-        "        name: /clock",
-        "        type: rosgraph_msgs/msg/Clock",
-        "        offered_qos_profiles:",
-        "          - history: keep_last",
-        "            deadline:",
-        "              sec: 9223372036",
+        "  - topic_metadata:",
+        "      name: /clock",
+        "      type: rosgraph_msgs/msg/Clock",
+        "      offered_qos_profiles:",
+        "      - history: keep_last",
+        "        deadline:",
+        "          sec: 9223372036",
         "  relative_file_paths:",
-        "    - bag_0.mcap",
+        "  - bag_0.mcap",
     ):
         assert line in lines
     assert not any(set("[{") & set(line.partition('"')[0]) for line in lines)
@@ -193,6 +194,10 @@ def test_metadata_is_in_block_style(bag):
         ("}{", []),
         ("a: &a [1]\nb: *a", []),
         ("- 1", []),
+        ("- a: [[1]]", []),
+        ("- history: 0x" + "f" * 9000, []),
+        ("- depth: .nan", [{"depth": pytest.approx(math.nan, nan_ok=True)}]),
+        ("- a: 2026-01-01", []),
     ],
 )
 def test_profiles_of_other_recorders_cannot_break_it(tmp_path, given, expected):
@@ -219,13 +224,16 @@ def test_odd_texts_survive(tmp_path):
     content = yaml.safe_load((tmp_path / "bag" / "metadata.yaml").read_text(encoding="utf-8"))
     assert content["rosbag2_bagfile_information"]["custom_data"] == facts
     assert facts["number"] == "1.5"
+    lines = (tmp_path / "bag" / "metadata.yaml").read_text(encoding="utf-8").splitlines()
+    assert sum(line.startswith("    ") and ": " in line for line in lines[lines.index("  custom_data:") + 1 :]) == 5
 
 
 def test_flushed_messages_are_there_before_the_bag_is_closed(tmp_path):
+    def information():
+        return yaml.safe_load((tmp_path / "bag" / "metadata.yaml").read_text())["rosbag2_bagfile_information"]
+
     writer = BagWriter(tmp_path / "bag", [text_topic()], run_info={"seed": "1"})
-    assert (
-        yaml.safe_load((tmp_path / "bag" / "metadata.yaml").read_text())["rosbag2_bagfile_information"]["version"] == 9
-    )
+    assert information()["version"] == 9
     for number in range(10):
         writer.write(0, number, number, number, b"x" * 20)
     writer.flush()
@@ -234,9 +242,11 @@ def test_flushed_messages_are_there_before_the_bag_is_closed(tmp_path):
     assert [message.sequence for message in bag.messages()] == list(range(10))
     assert bag.metadata["tethernet"] == {"seed": "1"}
     assert len(bag.problems) == 1
-    content = yaml.safe_load((tmp_path / "bag" / "metadata.yaml").read_text())
-    assert content["rosbag2_bagfile_information"]["message_count"] == 10
+    (topic,) = information()["topics_with_message_count"]
+    assert topic["topic_metadata"]["name"] == "/text"
+    assert information()["custom_data"] == {"seed": "1"}
     writer.close()
+    assert information()["message_count"] == 11
 
 
 def test_memory_is_bounded_by_the_chunk(tmp_path):

@@ -163,7 +163,7 @@ def test_an_outcome_that_cannot_be_written_is_the_reason_that_is_printed(capfd, 
 
     monkeypatch.setattr(cli, "_fly", fly)
     monkeypatch.setattr("tethernet_bringup.recorder.recording.problems", lambda _: [])
-    monkeypatch.setattr("tethernet_bringup.recorder.recording.count_messages", lambda _: {"/clock": 1})
+    monkeypatch.setattr("tethernet_bringup.recorder.recording.recorded_messages", lambda *_: {"/clock": 1})
     assert cli.main(["--output", str(tmp_path)]) == 1
     told = capfd.readouterr()
     assert "run_mission.py: fault: cannot write" in told.err

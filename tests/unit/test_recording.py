@@ -8,7 +8,7 @@ import pytest
 
 from tests import toy_mission
 from tethernet_bringup.pulse import Pulse
-from tethernet_bringup.recorder.recording import count_messages, faults, problems, sign_of_life
+from tethernet_bringup.recorder.recording import count_messages, faults, problems, recorded_messages, sign_of_life
 
 
 @pytest.fixture(scope="module")
@@ -79,6 +79,15 @@ def test_what_is_wrong_with_a_recording_is_a_fault(run, damage, expected):
     damage(run)
     (found,) = faults(run, run / "bag")
     assert expected in found
+
+
+def test_of_a_killed_recorder_the_last_report_tells_the_counts(run):
+    counted = count_messages(run / "bag")
+    assert recorded_messages(run, run / "bag") == counted
+    edit_report(run, state="recording", messages={"/clock": 7})
+    assert recorded_messages(run, run / "bag") == {"/clock": 7}
+    (run / "recorder.json").unlink()
+    assert recorded_messages(run, run / "bag") == counted
 
 
 def test_lost_messages_are_only_a_warning(run):

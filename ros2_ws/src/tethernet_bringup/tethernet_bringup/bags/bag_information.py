@@ -10,12 +10,9 @@ from typing import Any
 import yaml
 
 from tethernet_bringup.bags.contents import LARGEST_DESCRIPTION_BYTES
-from tethernet_bringup.bags.metadata import METADATA_FILE
+from tethernet_bringup.bags.metadata import METADATA_FILE, ROSBAG2_RECORD, SERIALIZED_METADATA
 
 _ROSBAG2 = "rosbag2_bagfile_information"
-_SERIALIZED = "serialized_metadata"
-ROSBAG2_RECORD = "rosbag2"
-"""Name of the MCAP metadata record in which rosbag2 repeats metadata.yaml."""
 
 
 @dataclass(frozen=True)
@@ -64,7 +61,7 @@ def information_in_records(records: Mapping[str, Mapping[str, str]]) -> BagInfor
     Args:
         records: its metadata records by name.
     """
-    return read_information(records.get(ROSBAG2_RECORD, {}).get(_SERIALIZED, ""))
+    return read_information(records.get(ROSBAG2_RECORD, {}).get(SERIALIZED_METADATA, ""))
 
 
 def _is_single(value: Any) -> bool:

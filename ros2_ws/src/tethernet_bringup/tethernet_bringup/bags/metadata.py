@@ -1,20 +1,25 @@
 """What rosbag2 wants to know about a bag: metadata.yaml and the quality of service of each topic, as Jazzy writes them.
 
-The text is in block style, as rosbag2 writes it, because not every tool reads any other. It is put together by hand,
-because a provisional metadata.yaml is written twice a second beside a flying mission: a YAML library takes 100 times as
-long. Strings that are not plain words are JSON strings, which are YAML strings too.
+The text is in block style, a line for each entry, as rosbag2 writes it, because not every tool reads any other.
+metadata.yaml is written when a bag is begun and when it is closed, not in flight: that takes some 5 ms for a mission's
+bag, even with libyaml.
 """
 
 from __future__ import annotations
 
 import functools
 import json
-import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+import yaml
+
 METADATA_FILE = "metadata.yaml"
+ROSBAG2_RECORD = "rosbag2"
+"""Name of the MCAP metadata record in which rosbag2 repeats metadata.yaml."""
+SERIALIZED_METADATA = "serialized_metadata"
+"""Its one entry."""
 
 VERSION = 9
 """Version of the layout: that of ROS 2 Jazzy."""
@@ -25,10 +30,23 @@ DEFAULT_DEPTH = 10
 
 # RMW_DURATION_INFINITE, in the words of rosbag2
 _FOREVER = {"sec": 9223372036, "nsec": 854775807}
-_PLAIN = re.compile(r"[A-Za-z_/][\w/.-]*", re.ASCII)  # text that YAML takes for itself
-_BREAKS = re.compile("[\x7f-\x9f\u2028\u2029\ufeff\ufffe\uffff]")  # what else YAML may take for the end of a line
 _LONGEST_PROFILES = 100_000
-_NO_TEXT = {"true", "false", "yes", "no", "on", "off", "null", "y", "n"}  # but not these
+_LARGEST_NUMBER = 1 << 64
+_WIDTH = 1 << 30  # no line is folded
+
+
+class _BlockDumper(getattr(yaml, "CSafeDumper", yaml.SafeDumper)):  # type: ignore[misc]  # chosen at run time
+    """As rosbag2 writes: one line a text, and what occurs twice written out twice."""
+
+    def ignore_aliases(self, data: Any) -> bool:
+        return True
+
+    def represent_str(self, data: str) -> yaml.ScalarNode:
+        style = None if data and data.isprintable() else '"'
+        return self.represent_scalar("tag:yaml.org,2002:str", data, style=style)
+
+
+_BlockDumper.add_representer(str, _BlockDumper.represent_str)
 
 
 @dataclass(frozen=True)
@@ -55,6 +73,7 @@ class BagTopic:
     """offered_qos_profiles, as :func:`qos_profiles` gives it."""
 
 
+@functools.cache
 def qos_profiles(*, latched: bool, depth: int = DEFAULT_DEPTH) -> str:
     """The quality of service that the publishers of a topic offer, as a YAML list of one profile.
 
@@ -73,30 +92,7 @@ def qos_profiles(*, latched: bool, depth: int = DEFAULT_DEPTH) -> str:
         "liveliness_lease_duration": _FOREVER,
         "avoid_ros_namespace_conventions": False,
     }
-    return "\n".join(_block([profile]))
-
-
-def metadata_yaml(
-    topics: Sequence[BagTopic],
-    counts: Sequence[int],
-    *,
-    file_name: str,
-    start_ns: int,
-    end_ns: int,
-    custom_data: Mapping[str, str],
-) -> str:
-    """The content of metadata.yaml.
-
-    Args:
-        topics: all topics, also those without a message.
-        counts: messages of each of them.
-        file_name: the bag's one file, relative to its folder.
-        start_ns: smallest log time [ns].
-        end_ns: largest log time [ns].
-        custom_data: facts about the recording.
-    """
-    information = _information(topics, counts, file_name, start_ns, end_ns, custom_data)
-    return f"rosbag2_bagfile_information:\n{_indented(information)}"
+    return _dumped([profile])
 
 
 def serialized_metadata(
@@ -108,95 +104,91 @@ def serialized_metadata(
     end_ns: int,
     custom_data: Mapping[str, str],
 ) -> str:
-    """The same facts as rosbag2 stores them inside the MCAP file; arguments as for :func:`metadata_yaml`."""
-    return _information(topics, counts, file_name, start_ns, end_ns, custom_data)
+    """What rosbag2 stores about a bag inside its MCAP file, YAML.
+
+    Args:
+        topics: all topics, also those without a message.
+        counts: messages of each of them.
+        file_name: the bag's one file, relative to its folder.
+        start_ns: smallest log time [ns].
+        end_ns: largest log time [ns].
+        custom_data: facts about the recording.
+    """
+    total, name = sum(counts), printable(file_name)
+    span = {
+        "duration": {"nanoseconds": end_ns - start_ns},
+        "starting_time": {"nanoseconds_since_epoch": start_ns},
+        "message_count": total,
+    }
+    information = {
+        "version": VERSION,
+        "storage_identifier": "mcap",
+        **span,
+        "topics_with_message_count": [
+            {"topic_metadata": _topic(topic), "message_count": count}
+            for topic, count in zip(topics, counts, strict=True)
+        ],
+        "compression_format": "",
+        "compression_mode": "",
+        "relative_file_paths": [name],
+        "files": [{"path": name, **span}],
+        "custom_data": dict(custom_data) or None,
+        "ros_distro": DISTRIBUTION,
+    }
+    return _dumped(information)
 
 
-def _information(
-    topics: Sequence[BagTopic],
-    counts: Sequence[int],
-    file_name: str,
-    start_ns: int,
-    end_ns: int,
-    custom_data: Mapping[str, str],
-) -> str:
-    total, name = sum(counts), _scalar(file_name)
-    start = ("starting_time:", f"  nanoseconds_since_epoch: {start_ns}")
-    duration = ("duration:", f"  nanoseconds: {end_ns - start_ns}")
-    lines = [f"version: {VERSION}", "storage_identifier: mcap", *duration, *start, f"message_count: {total}"]
-    lines.append("topics_with_message_count:" if topics else "topics_with_message_count: []")
-    for topic, count in zip(topics, counts, strict=True):
-        lines.append(_topic_head(topic))
-        lines.append(f"    message_count: {count}")
-    lines += ('compression_format: ""', 'compression_mode: ""', "relative_file_paths:", f"  - {name}")
-    lines += ("files:", f"  - path: {name}", *(f"    {line}" for line in start + duration))
-    lines += (f"    message_count: {total}", "custom_data:" if custom_data else "custom_data: ~")
-    lines += (f"  {_scalar(key)}: {_scalar(value)}" for key, value in custom_data.items())
-    lines.append(f"ros_distro: {DISTRIBUTION}")
-    return "\n".join(lines) + "\n"
+def metadata_yaml(serialized: str) -> str:
+    """The content of metadata.yaml.
+
+    Args:
+        serialized: the same facts, as :func:`serialized_metadata` gives them.
+    """
+    return "rosbag2_bagfile_information:\n" + "".join(f"  {line}\n" for line in serialized.splitlines())
 
 
-@functools.lru_cache(maxsize=1000)
-def _topic_head(topic: BagTopic) -> str:
-    profiles = _profiles(topic.qos)
-    lines = [
-        "  - topic_metadata:",
-        f"      name: {_scalar(topic.name)}",
-        f"      type: {_scalar(topic.message_type.name)}",
-        "      serialization_format: cdr",
-        "      offered_qos_profiles:" if profiles else "      offered_qos_profiles: []",
-        *(f"        {line}" for line in _block(profiles)),
-        f"      type_description_hash: {_scalar(topic.message_type.type_hash)}",
-    ]
-    return "\n".join(lines)
+def _topic(topic: BagTopic) -> dict[str, Any]:
+    return {
+        "name": topic.name,
+        "type": topic.message_type.name,
+        "serialization_format": "cdr",
+        "offered_qos_profiles": _profiles(topic.qos),
+        "type_description_hash": topic.message_type.type_hash,
+    }
 
 
+@functools.lru_cache(maxsize=16)
 def _profiles(text: str) -> list[dict[str, Any]]:
     """Profiles as another recorder wrote them; none where they are no list of profiles."""
     if not text or len(text) > _LONGEST_PROFILES or set("&*") & set(text):  # aliases can stand for gigabytes
         return []
-    import yaml  # only for the topics of a bag, once
-
     try:
         profiles = yaml.load(text, getattr(yaml, "CSafeLoader", yaml.SafeLoader))
     except (yaml.YAMLError, ValueError, RecursionError):
         return []
-    is_list = isinstance(profiles, list) and all(isinstance(profile, dict) for profile in profiles)
-    return profiles if is_list else []
+    return profiles if isinstance(profiles, list) and all(map(_is_profile, profiles)) else []
 
 
-def _block(value: object) -> list[str]:
-    """Lists and mappings as lines in YAML's block style."""
-    lines: list[str] = []
-    if isinstance(value, list):
-        for item in value:
-            first, *rest = _block(item)
-            lines += (f"- {first}", *(f"  {line}" for line in rest))
-    elif isinstance(value, dict):
-        for key, item in value.items():
-            if item and isinstance(item, list | dict):
-                lines += (f"{_scalar(key)}:", *(f"  {line}" for line in _block(item)))
-            else:
-                lines.append(f"{_scalar(key)}: {_scalar(item)}")
-    else:
-        lines.append(_scalar(value))
-    return lines
+def _is_profile(value: object, depth: int = 2) -> bool:
+    """Names with single values, or with names that have single values."""
+    if isinstance(value, dict):
+        return depth > 0 and all(
+            isinstance(name, str) and _is_profile(entry, depth - 1) for name, entry in value.items()
+        )
+    is_single = isinstance(value, str | float) or (isinstance(value, int) and abs(value) < _LARGEST_NUMBER)
+    return depth < 2 and is_single
 
 
-def _scalar(value: object) -> str:
-    if isinstance(value, str) and _PLAIN.fullmatch(value) and value.lower() not in _NO_TEXT:
-        return value
-    text = json.dumps(value, ensure_ascii=False, default=str)  # YAML knows no pairs of surrogates
-    return _BREAKS.sub(lambda found: f"\\u{ord(found[0]):04x}", printable(text))
+def _dumped(value: object) -> str:
+    text: str = yaml.dump(
+        value, Dumper=_BlockDumper, default_flow_style=False, sort_keys=False, allow_unicode=True, width=_WIDTH
+    )
+    return text
 
 
 def printable(text: str) -> str:
     """A text that UTF-8 can hold: bytes of another encoding, as file names may have, become escapes."""
     return text.encode("utf-8", "surrogateescape").decode("utf-8", "backslashreplace")
-
-
-def _indented(text: str) -> str:
-    return "".join(f"  {line}\n" for line in text.splitlines())
 
 
 def as_texts(facts: Mapping[str, object]) -> dict[str, str]:

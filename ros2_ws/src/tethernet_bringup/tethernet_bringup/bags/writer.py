@@ -2,8 +2,8 @@
 
 What was recorded survives:
 
-- a killed process: everything up to the last :meth:`BagWriter.flush` is in the file, metadata.yaml tells the counts
-  of then;
+- a killed process: everything up to the last :meth:`BagWriter.flush` is in the file; metadata.yaml is that of the
+  start, with topics and facts but without counts;
 - a full disk: some megabytes are set aside at the start and given back when a write fails, so that the messages in
   memory,
   the index and metadata.yaml still find room and the bag is closed as a whole one.
@@ -19,11 +19,17 @@ import os
 import tempfile
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
 
 from tethernet_bringup.bags.errors import BagWriteError, cause
 from tethernet_bringup.bags.mcap_writer import McapWriter
-from tethernet_bringup.bags.metadata import METADATA_FILE, BagTopic, metadata_yaml, serialized_metadata
+from tethernet_bringup.bags.metadata import (
+    METADATA_FILE,
+    ROSBAG2_RECORD,
+    SERIALIZED_METADATA,
+    BagTopic,
+    metadata_yaml,
+    serialized_metadata,
+)
 from tethernet_core.atomic_file import write_text
 
 RUN_INFO_RECORD = "tethernet"
@@ -71,7 +77,7 @@ class BagWriter:
                     schemas[kind.name] = self._mcap.add_schema(kind.name, kind.encoding, kind.definition.encode())
                 qos = {"offered_qos_profiles": topic.qos, "topic_type_hash": kind.type_hash}
                 self._mcap.add_channel(topic.name, schemas[kind.name], qos)
-            self._write_metadata()
+            self._write_metadata(self._information())
         except BagWriteError:
             self._mcap.abandon()
             self._release()
@@ -123,9 +129,7 @@ class BagWriter:
         Raises:
             BagWriteError: when the file cannot be written any further; call :meth:`close` then.
         """
-        if self._mcap.pending_count:
-            self._mcap.flush()
-            self._write_metadata()
+        self._mcap.flush()
 
     def close(self) -> None:
         """Finish the bag, as far as there is room.
@@ -134,27 +138,31 @@ class BagWriter:
             BagWriteError: when something could not be written; what is in the file is whole.
         """
         self._release()
+        information = None
         try:
             self._mcap.flush()
-            self._mcap.add_metadata(
-                "rosbag2", {"serialized_metadata": serialized_metadata(*self._facts(), **self._named_facts())}
-            )
+            information = self._information()
+            self._mcap.add_metadata(ROSBAG2_RECORD, {SERIALIZED_METADATA: information})
             self._mcap.finish()
         finally:
             self._mcap.abandon()
-            self._write_metadata()
+            self._write_metadata(information or self._information())
 
-    def _facts(self) -> tuple[list[BagTopic], list[int]]:
-        return self._topics, self.counts
-
-    def _named_facts(self) -> dict[str, Any]:
+    def _information(self) -> str:
         start, end = self.span_ns
-        return {"file_name": self.path.name, "start_ns": start, "end_ns": end, "custom_data": self._run_info}
+        return serialized_metadata(
+            self._topics,
+            self.counts,
+            file_name=self.path.name,
+            start_ns=start,
+            end_ns=end,
+            custom_data=self._run_info,
+        )
 
-    def _write_metadata(self) -> None:
+    def _write_metadata(self, information: str) -> None:
         target = self.folder / METADATA_FILE
         try:
-            write_text(target, metadata_yaml(*self._facts(), **self._named_facts()), durable=False)
+            write_text(target, metadata_yaml(information), durable=False)
         except OSError as error:
             raise BagWriteError(f"cannot write {target}: {cause(error)}") from error
 

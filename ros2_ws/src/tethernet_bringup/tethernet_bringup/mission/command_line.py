@@ -192,10 +192,10 @@ def stale_cards(setup: MissionSetup) -> list[str]:
 
 def _report(record: FlightRecord, folder: RunFolder, display: Display) -> ExitStatus:
     """Write and say how the mission went, whatever that was."""
-    from tethernet_bringup.recorder.recording import count_messages, faults, problems
+    from tethernet_bringup.recorder.recording import faults, problems, recorded_messages
 
     try:
-        record.messages = count_messages(folder.bag)
+        record.messages = recorded_messages(folder.path, folder.bag)
         if record.launched and not record.faults:
             found = faults(folder.path, folder.bag)
             (record.warnings if record.interrupted_by else record.faults).extend(found)

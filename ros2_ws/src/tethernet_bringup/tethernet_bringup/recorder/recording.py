@@ -38,6 +38,20 @@ def count_messages(bag: Path) -> dict[str, int]:
         return {}
 
 
+def recorded_messages(run: Path, bag: Path) -> dict[str, int]:
+    """Messages in a bag by topic, also of one that was not closed: its metadata.yaml has no counts, those of the
+    recorder's last sign of life are given.
+
+    Args:
+        run: the run's folder.
+        bag: folder of the bag, in the layout of rosbag2.
+    """
+    report = _report(run) or {}
+    counts = report.get("messages")
+    is_open = report.get("state") == RECORDING and isinstance(counts, dict)
+    return counts if is_open and counts else count_messages(bag)
+
+
 def faults(run: Path, bag: Path) -> list[str]:
     """Why a recording that should be whole is not; empty for a whole one.
 
