@@ -1,7 +1,8 @@
 """Reads one MCAP file, also a damaged one, front to back, in bounded memory.
 
 A reader that trusts the file's end finds nothing in a bag whose recorder was killed, and one that trusts every length
-loses all that follows a wrong one. This one goes from record to record, and trusts
+loses all that follows a wrong one: the readers of the `mcap` package do either, keep as much in memory as a chunk of a
+few kB claims to hold, and do not compare the closing part's checksum. This one goes from record to record, and trusts
 
 - a record's length where the lengths inside the record agree with it, or where another record begins at its end;
   otherwise it searches on, byte by byte, for the next whole record;

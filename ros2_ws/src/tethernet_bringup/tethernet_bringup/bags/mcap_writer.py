@@ -1,10 +1,15 @@
-"""Writes MCAP files, lean enough for a recorder that shares two cores with twelve processes.
+"""Writes MCAP files so that nothing of a recording is lost, lean enough to share two cores with twelve processes.
 
-In lock-step some 5000 messages a second arrive. The `mcap` package's Writer spends 4 microseconds on each, most of it
-in one small write after the other; here a message is one tuple until its chunk is closed, which costs a quarter of
-that. Two more reasons: schemas and channels stand before the first chunk, so that every torn file can be decoded, and
-a failed write leaves the file ending with its last whole record and the messages still in memory, to be written once
-there is room. The rare records are packed by the `mcap` package.
+Why not the Writer of the `mcap` package (1.6):
+
+- It puts schemas and channels into the first chunk. When the recorder was killed, nothing repeats them, and one wrong
+  byte in that chunk costs the whole bag. Here they stand before it, each a record of its own.
+- A write that fails takes its chunk along. Here the file then ends with its last whole record, and the messages stay in
+  memory, to be written once there is room.
+- It spends twice as long on a message, in one small write after the other, and in lock-step some 5000 a second arrive;
+  here a message is one tuple until its chunk is closed.
+
+The rare records are packed by the `mcap` package.
 
 Assumptions and limitations: no attachments; a chunk in the making is lost when the process is killed, so call
 :meth:`McapWriter.flush` as often as you can afford to lose messages.
