@@ -82,6 +82,7 @@ def test_scale():
     for share in ("opening", "flat"):
         small, large = (result[f"grid_ns_per_knot_step_{share}_{knots}x1"] for knots in (529, 2025))
         assert result[f"growth_of_cost_per_knot_{share}"] == pytest.approx(large / small, rel=2e-3)
+        assert result[f"growth_beyond_first_cache_{share}"] == 1.0  # the middle net of two is the largest
     assert result["edge_list_by_grid_most"] > 0.0
     assert result["memory_peak_mb"] > 50.0
 

@@ -28,6 +28,9 @@ if TYPE_CHECKING:
     from tethernet_bringup.pulse import Pulse
 
 _SPIN_S = 0.05
+"""[s] wall time between two looks at everything."""
+_BRISK_S = 0.01
+"""[s] The same where all that is left before launch is to look: whatever has come meanwhile is seen that much later."""
 _SETTLE_S = 1.0
 """[s] Grace for the last accounts of controllers once the verdict is there."""
 _LOOK_PERIOD_S = 1.0
@@ -184,7 +187,9 @@ class Flight:
             lambda: f"nodes are missing: {graph.describe() or 'no planner service'}",
             lambda: self._compiling() and time.monotonic() < started + plan.parameters.compile_timeout_s,
         )
-        self._wait(connected, patience, lambda: f"nodes do not find each other: {connections.describe()}")
+        self._wait(
+            connected, patience, lambda: f"nodes do not find each other: {connections.describe()}", every_s=_BRISK_S
+        )
         answering = [node.name for node in plan.processes if node.name != RECORDER and not node.bystander]
         self._pulse = monitor.watch_pulse(answering, plan.parameters.hang_timeout_s)
         if plan.ask_recorder is not None:
@@ -246,18 +251,24 @@ class Flight:
     def _launch(self) -> None:
         """Tell the planner to start and wait until the MUs fly."""
         self._started = True
-        answer, refusal = self._joined.start(), ""
+        answer, refusal, asked = self._joined.start(), "", time.monotonic()
 
         def launched() -> bool:
-            nonlocal answer, refusal
+            nonlocal answer, refusal, asked
             given = answer()
-            if given is not None and not given[0] and self._record.phase == Phase.WAITING:
+            refused = given is not None and not given[0] and self._record.phase == Phase.WAITING
+            if given is not None and refused and time.monotonic() - asked >= _SPIN_S:
                 # It may only lack a first message, such as the debris' place: ask again until it has got it.
-                answer, refusal = self._joined.start(), f": {given[1]}"
+                answer, refusal, asked = self._joined.start(), f": {given[1]}", time.monotonic()
             return self._record.launched or self._record.phase.over
 
         timeout = self._plan.parameters.launch_timeout_s
-        self._wait(launched, timeout, lambda: f"no launch {timeout:g} s after the planner was told to start{refusal}")
+        self._wait(
+            launched,
+            timeout,
+            lambda: f"no launch {timeout:g} s after the planner was told to start{refusal}",
+            every_s=_BRISK_S,
+        )
         if self._record.launched:
             self._launched_at = time.monotonic()
             self._record.start_s = self._launched_at - self._began
@@ -343,6 +354,7 @@ class Flight:
         timeout_s: float,
         problem: Callable[[], str],
         excused: Callable[[], bool] = lambda: False,
+        every_s: float = _SPIN_S,
     ) -> None:
         """Step on until it is done; the time in which it is excused does not count."""
         deadline = time.monotonic() + timeout_s
@@ -351,10 +363,10 @@ class Flight:
                 deadline = time.monotonic() + timeout_s
             if time.monotonic() > deadline:
                 raise MissionFaultError(problem())
-            self._step()
+            self._step(every_s)
 
-    def _step(self) -> None:
-        self._joined.spin(_SPIN_S)
+    def _step(self, spin_s: float = _SPIN_S) -> None:
+        self._joined.spin(spin_s)
         self._interrupts.check()
         for death in self._supervisor.deaths():
             self._on_death(death)
