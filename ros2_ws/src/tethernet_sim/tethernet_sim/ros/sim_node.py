@@ -69,7 +69,8 @@ class SimNode(Node):
         self.system = system = load_system(self.scenario.system)
         mus = system.unit_count
         self.mus = range(1, mus + 1)
-        position, attitude, rate = (values[None] for values in self._initial_debris())
+        s = self.scenario
+        position, attitude, rate = (np.array([it]) for it in (s.debris_position, s.debris_attitude, s.debris_rate))
         self.world = World(system, position, attitude, rate, physics, self.control)
         self.loads = Loads(self.world)
         self.external = set(self.scenario.external_units(system))
@@ -95,9 +96,8 @@ class SimNode(Node):
         self._door = Door(self)
         self._make_publishers()
         self._make_subscriptions()
-        period = self.control.control_period_s
         # Real time: the pace itself. Lock-step: looks whether a wait has run out.
-        self._wake_s = min(0.2, self.p.answer_timeout_s) if self.lockstep else period
+        self._wake_s = min(0.2, self.p.answer_timeout_s) if self.lockstep else self.control.control_period_s
         self._timer = self.create_timer(self._wake_s, self._on_timer, clock=RosClock(clock_type=ClockType.STEADY_TIME))
         if not self.lockstep:
             self._timer.cancel()
@@ -128,10 +128,6 @@ class SimNode(Node):
     def _flown_ns(self) -> int:
         """Since the first tick [ns]."""
         return self.stamp_ns - self._first_ns
-
-    def _initial_debris(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        s = self.scenario
-        return np.array(s.debris_position), np.array(s.debris_attitude), np.array(s.debris_rate)
 
     def _make_publishers(self) -> None:
         make = self._door.publish
@@ -243,41 +239,47 @@ class SimNode(Node):
         if self.mission.phase == Phase.HOLDING and self.stamp_ns >= self.mission.hold_ns:
             self.world.tow(0, self.mission.tow_n)
         self.world.advance(thrust)
-        self.loads.look(_FIRST)
         c = self.control
         for m, force in enumerate(thrust[0]):
             impulse_s = self.system.units[m].specific_impulse_s
             self.fuel[m] += law.fuel_used(force, period, impulse_s, c.standard_gravity_m_s2)
         self.stamp_ns += c.period_ns
         for mu in self.external:
-            index = mu - 1
-            self.world.target_pos[0, index] += self.world.target_vel[0, index] * period
+            self.world.target_pos[0, mu - 1] += self.world.target_vel[0, mu - 1] * period
         self._publish_tick()
 
     def _publish_tick(self) -> None:
-        stamp_ns, state = self.stamp_ns, self.world.state
+        stamp_ns = self.stamp_ns
         if self.world.diverged(_FIRST)[0]:
             self._break_down()
             return
-        if self.mission.closing and stamp_ns >= self.mission.closing_ns and not state.closing[0]:
-            self.world.begin_closing(0)
         self.barrier.open(stamp_ns)
         # What somebody must answer goes first; whatever else there is to tell is told while they work.
         if self.external:
             self._publish_clock(stamp_ns)
+        if self.lockstep:  # most of what is to be done is the controllers'
+            self._publish_units(stamp_ns)
+        if stamp_ns > self._first_ns:
+            self.loads.look(_FIRST)
+        if self.mission.closing and stamp_ns >= self.mission.closing_ns and not self.world.state.closing[0]:
+            self.world.begin_closing(0)
         self._publish_body(DEBRIS)
         self._net_out.publish_template(self._net.fill(stamp_ns, self.world, self.loads))
-        noise = self.noise.draw(1)[0]
-        measured = np.stack([state.mu_pos[0], state.mu_vel[0]], axis=1) + noise
-        for mu, (position, velocity) in zip(self.mus, measured, strict=True):
-            self._sent_at[mu - 1] = time.perf_counter()
-            if mu not in self.external:
-                self._odometry_out[mu].publish_template(self._odometry[mu].fill(stamp_ns, position, velocity))
+        if not self.lockstep:  # where a driver is late, the planner decides on the last tick before it hears of this
+            self._publish_units(stamp_ns)
         if not self.external:
             self._publish_clock(stamp_ns)
         self._pending = True
         if self.lockstep:
             self._publish_deferred()  # the processors are busy all the time anyway: tell while the others work
+
+    def _publish_units(self, stamp_ns: int) -> None:
+        true = np.stack([self.world.state.mu_pos[0], self.world.state.mu_vel[0]], axis=1)
+        measured = true + self.noise.draw(1)[0]
+        for mu, (position, velocity) in zip(self.mus, measured, strict=True):
+            self._sent_at[mu - 1] = time.perf_counter()
+            if mu not in self.external:
+                self._odometry_out[mu].publish_template(self._odometry[mu].fill(stamp_ns, position, velocity))
 
     def _publish_deferred(self) -> None:
         """What nobody answers: in real time it waits until the thrust is in, so as not to hold up those who command."""
@@ -302,13 +304,12 @@ class SimNode(Node):
 
     def _publish_status(self) -> None:
         books = [self.books[mu] for mu in self.mus]
-        elapsed = self._flown_ns * NANOSECOND_S
         wall = time.perf_counter() - self._launched_at
         message = SimStatus(
             tick=self._flown_ns // self.control.period_ns,
             finished=self.finished,
             fault=self.fault,
-            real_time_factor=elapsed / wall if self.flying or self.finished else 0.0,
+            real_time_factor=self._flown_ns * NANOSECOND_S / wall if self.flying or self.finished else 0.0,
             late_commands=[book.late for book in books],
             rejected_commands=[self._door.counts[topics.mu_thrust(mu)] for mu in self.mus],
             clipped_commands=[book.clipped for book in books],
@@ -331,9 +332,8 @@ class SimNode(Node):
         ]
         if self._door.dropped:
             troubled.append("messages")
-        level, text = (
-            (diagnostics.WARN, "trouble with " + ", ".join(troubled)) if troubled else (diagnostics.OK, "flying")
-        )
+        text = "trouble with " + ", ".join(troubled) if troubled else "flying"
+        level = diagnostics.WARN if troubled else diagnostics.OK
         values = {
             "pace": self.scenario.pace,
             "real-time factor": status.real_time_factor,
