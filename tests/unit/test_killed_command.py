@@ -1,5 +1,6 @@
 """A command that is killed leaves nothing behind: no node, however it is, and no shared memory."""
 
+import contextlib
 import os
 import signal
 import subprocess
@@ -53,7 +54,9 @@ COMMAND = """
     for name in files:
         Path("/dev/shm", name).touch()
     print(*crew.pids.values(), flush=True)
-    input()
+    for step in sys.stdin:
+        getattr(crew, step.strip())()
+        print("done", flush=True)
 """
 
 
@@ -109,6 +112,12 @@ class Command:
         """What a node has printed."""
         return (self.logs / f"{name}.log").read_text()
 
+    def do(self, *steps: str) -> None:
+        """Let the command call these methods of its supervisor."""
+        for step in steps:
+            print(step, file=self._process.stdin, flush=True)
+            assert self._process.stdout.readline() == "done\n"
+
     def kill(self) -> None:
         """Kill the command, and wait until no node is left."""
         self._process.kill()
@@ -137,6 +146,35 @@ def test_its_shared_memory_goes_where_no_node_was_let_in_yet(tmp_path):
         for name in (segment, port):
             until(lambda name=name: not list(shared_memory.FOLDER.glob(f"*{name}*")), f"{name} is still there")
         assert command.log("sim") == "ready\n"
+
+
+def sweepers():
+    """Process ids of those that stand by."""
+    found = []
+    for entry in Path("/proc").iterdir():
+        if entry.name.isdigit() and not gone(entry.name):
+            with contextlib.suppress(OSError):
+                if b"--standing-by" in (entry / "cmdline").read_bytes():
+                    found.append(int(entry.name))
+    return set(found)
+
+
+@pytest.mark.parametrize("called_off", [False, True])
+def test_its_shared_memory_goes_where_all_nodes_have_ended_already(tmp_path, called_off):
+    segment, before = f"fastrtps_{uuid.uuid4().hex[:16]}", sweepers()
+    with Command(tmp_path, WAITING, [("sim",)], [segment, f"{segment}_el"]) as command:
+        command.do("stand_by", "stop")
+        assert all(gone(pid) for pid in command.pids)
+        if called_off:
+            (shared_memory.FOLDER / segment).touch()  # as if the command's own node held it still
+            command.do("call_off")
+            until(lambda: sweepers() <= before, "it stands by")
+            assert (shared_memory.FOLDER / segment).exists()
+        else:
+            (shared_memory.FOLDER / segment).touch()
+            command.kill()
+            until(lambda: not list(shared_memory.FOLDER.glob(f"*{segment}*")), f"{segment} is still there")
+            until(lambda: sweepers() <= before, "it has not ended")
 
 
 ENDED_IN_ORDER = 7

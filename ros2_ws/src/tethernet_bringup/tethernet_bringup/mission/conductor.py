@@ -131,6 +131,7 @@ class Flight:
         elif self._joining:
             time.sleep(shared_memory.YOUNG_S)  # the middleware came no further than half a port
             self._supervisor.clean()
+        self._supervisor.call_off()
 
     @property
     def _joined(self) -> Monitor:
@@ -328,6 +329,7 @@ class Flight:
         if self._monitor is not None:
             record.warnings += [f"{shown(name, SHORT)}: {text}" for name, text in self._monitor.dropped.items()]
         self._display.live("stopping")
+        self._supervisor.stand_by()
         self._stop_processes(bool(early))
         self._claim.release()
 

@@ -7,6 +7,7 @@ that outlive the supervisor end themselves, see :mod:`tethernet_bringup.mission.
 
 from __future__ import annotations
 
+import contextlib
 import os
 import signal
 import time
@@ -14,7 +15,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from tethernet_bringup.mission import child, shared_memory
+from tethernet_bringup.mission import child, shared_memory, sweeper
 from tethernet_bringup.mission.child import ForkedProcess
 from tethernet_bringup.mission.supervisor_settings import SupervisorParameters
 from tethernet_core.quiet_start import ONE_THREAD, absolute_search_paths
@@ -142,6 +143,7 @@ class Supervisor:
         # Nobody writes into this pipe: its end tells the nodes that the supervisor is gone.
         self._pipe: tuple[int, int] | None = os.pipe()
         self._gate, self._gate_open = os.pipe(), False
+        self._life: int | None = None
 
     def __enter__(self) -> Supervisor:
         return self
@@ -219,6 +221,23 @@ class Supervisor:
     def clean(self) -> None:
         """Remove the shared memory that killed nodes left; again whenever this process has talked to them since."""
         shared_memory.clean(self._segments | shared_memory.left_since(self._began_s))
+
+    def stand_by(self) -> None:
+        """From now on, until :meth:`call_off`, let what is left be removed even where this process is killed after its
+        nodes have ended.
+        """
+        if self._pipe is not None and self._life is None:
+            self.note_shared_memory()
+            with contextlib.suppress(OSError):  # no process can be made: what is left stays, should it come to that
+                self._life = sweeper.stand_by(self._pipe[0], self._began_s, self._segments)
+
+    def call_off(self) -> None:
+        """All is in order: nothing is left to be removed."""
+        if self._life is not None:
+            with contextlib.suppress(BrokenPipeError):  # it was killed
+                os.write(self._life, b".")
+            os.close(self._life)
+            self._life = None
 
     def stop(self, hurry: bool = True) -> list[Exit]:
         """End all processes: SIGINT, then SIGTERM, then SIGKILL; those marked ``last`` after the others.

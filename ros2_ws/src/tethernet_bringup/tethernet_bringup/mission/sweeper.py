@@ -5,7 +5,7 @@ A node that was halted, or hangs with the interpreter's lock, never learns that 
 The command does all that itself where it can (:mod:`tethernet_bringup.mission.supervisor`). Where it cannot, the first
 node that notices starts this process, which needs nothing from the command: the mission's nodes are those that have the
 same pipe for their standard input, and what belongs to the mission is what they map, the command's own segment among
-it.
+it. When the nodes end, and the command has yet to tell how it went and to leave the graph, such a process stands by.
 """
 
 from __future__ import annotations
@@ -27,6 +27,7 @@ NODE_PATIENCE_S = 5.0
 """A node without a supervisor ends within this time [s], or is made to: by itself, where it cannot, from here."""
 HEAD_START_S = 0.5
 _POLL_S = 0.05
+_STANDING_BY = "--standing-by"
 
 
 def start(began_s: float) -> None:
@@ -45,19 +46,54 @@ def start(began_s: float) -> None:
     except OSError:
         return
     names = shared_memory.held_by(_family(pipe))  # now: the nodes end faster than a process starts
+    _run([pipe, f"{began_s:.3f}", *sorted(names)], 0, place.fileno())
+
+
+def stand_by(nodes_stdin: int, began_s: float, names: Iterable[str]) -> int:
+    """Start a sweeper that begins where the calling process ends without having called it off.
+
+    Args:
+        nodes_stdin: descriptor of the pipe that the nodes have for their standard input.
+        began_s: as of :func:`start`.
+        names: of the segments that nodes and the calling process map.
+
+    Returns:
+        Descriptor of a pipe that the caller keeps open as long as it lives; any byte that is written into it calls the
+        sweeper off.
+
+    Raises:
+        OSError: when the process cannot be made.
+    """
+    pipe = str(Path(f"/proc/self/fd/{nodes_stdin}").readlink())
+    reading, writing = os.pipe()
+    try:
+        _run([_STANDING_BY, pipe, f"{began_s:.3f}", *sorted(names)], reading)
+    except OSError:
+        os.close(writing)
+        raise
+    finally:
+        os.close(reading)
+    return writing
+
+
+def _run(words: list[str], stdin: int, *kept: int) -> None:
     subprocess.Popen(
-        [sys.executable, "-P", "-m", "tethernet_bringup.mission.sweeper", f"{began_s:.3f}", *sorted(names)],
-        stdin=0, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
-        start_new_session=True, pass_fds=[place.fileno()],
+        [sys.executable, "-P", "-m", "tethernet_bringup.mission.sweeper", *words],
+        stdin=stdin, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, start_new_session=True, pass_fds=kept,
     )  # fmt: skip
 
 
 def main() -> None:
     """Wait for the end of the nodes, kill those that do not come to it, then remove what they have left.
 
-    The command line tells when the mission began and what they map so far.
+    The command line tells which pipe they have, when the mission began, and what they map so far.
     """
-    pipe, began_s, names = _pipe_of("self"), float(sys.argv[1]), set(sys.argv[2:])
+    words = sys.argv[1:]
+    if words[0] == _STANDING_BY:
+        words = words[1:]
+        if os.read(0, 1):
+            return  # called off
+    pipe, began_s, names = words[0], float(words[1]), set(words[2:])
     began = time.monotonic()
     deadline, due = began + PATIENCE_S, began + HEAD_START_S + NODE_PATIENCE_S
     while (family := [pid for pid in _family(pipe) if pid != os.getpid()]) and time.monotonic() < deadline:
