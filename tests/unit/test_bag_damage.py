@@ -22,6 +22,8 @@ from tethernet_bringup.bags.salvage import salvage
 from tethernet_bringup.cli.main import main as tethernet
 
 HEAD = struct.Struct("<BQ")
+OTHERS = 0x80
+"""Opcode of records that others may put into a file."""
 MEMORY_MB = 500
 """More than the largest content, twice, and the interpreter with its libraries."""
 
@@ -140,6 +142,26 @@ def test_the_command_says_whole_only_of_a_verified_bag(tmp_path, whole, capsys):
     out = capsys.readouterr().out
     assert "the bag was whole" not in out
     assert "it was changed after it was written" in out
+
+
+def test_a_wrong_length_that_leads_to_what_looks_like_a_record_costs_nothing(tmp_path):
+    for shift in range(9):  # in one of them the wrong end is at such a place
+        path = tmp_path / f"{shift}.mcap"
+        with path.open("wb") as stream:
+            writer = Writer(stream, compression=CompressionType.NONE, chunk_size=3000)
+            writer.start("ros2", "another")
+            channel = writer.register_channel(
+                "/text", "cdr", writer.register_schema("a/msg/B", "ros2msg", b"string a\n")
+            )
+            for number in range(100):
+                writer.add_message(channel, number, bytes(shift) + HEAD.pack(OTHERS, 0) * 100, number, number)
+            writer.finish()
+        content = path.read_bytes()
+        position = len(MAGIC)
+        while content[position] != Opcode.CHUNK:
+            position += HEAD.size + HEAD.unpack_from(content, position)[1]
+        kept, _ = read(path, flipped(content, position + 2, 0x40))
+        assert [message.log_time for message in kept] == list(range(100)), shift
 
 
 @pytest.mark.parametrize("compression", list(CompressionType))

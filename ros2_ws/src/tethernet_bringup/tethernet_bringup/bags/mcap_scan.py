@@ -207,6 +207,8 @@ class McapScan:
         inner = self._inner_length(Opcode.CHUNK, position)
         lengths = [given for given in dict.fromkeys((length, inner)) if given is not None and given <= room]
         ends = [body + given for given in lengths]
+        if len(ends) > 1:  # one of them is wrong, and what lies there may look like a record's head
+            ends.sort(key=self._is_trusted, reverse=True)
         end = next((end for end in ends if self._begins_record(end)), None)
         if not lengths or max(lengths) < CHUNK.size + 12:
             return end
