@@ -41,8 +41,7 @@ def test_a_mission_is_recorded_while_it_flies_and_its_bag_shows_the_same(tmp_pat
     end_ns = outcome["end_time_s"] * 1e9
     for name in ("/scene/units", "/scene/net/threads", "/scene/debris", "/plots/thrust", "/plots/fuel"):
         times = live[name].times_ns
-        # Pictures are best effort: a viewer that stands still for half a second misses five of a lock-step mission.
-        assert times == sorted(times) and times[0] < 0.25 * end_ns, name
+        assert times == sorted(times) and times[0] < 3e9
         assert times[-1] == pytest.approx(end_ns, abs=1e8), f"{name}: to the end"
     texts = {row["text"][0]: time_ns for time_ns, row in live["/events"].rows}
     assert {"DEPLOYING", "CLOSING", "COMPLETE", outcome["verdict"]} <= set(texts)
