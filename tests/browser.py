@@ -110,6 +110,11 @@ class Browser:
             typed = text if kind == "keyDown" else {}
             self.call("Input.dispatchKeyEvent", type=kind, key=key, code=code or key, **typed)
 
+    def click(self, x: float, y: float) -> None:
+        """Press and release the left button at a place of the window [px]."""
+        for kind in ("mousePressed", "mouseReleased"):
+            self.call("Input.dispatchMouseEvent", type=kind, x=x, y=y, button="left", clickCount=1)
+
     def picture(self, path: Path | None = None, *, whole: bool = False) -> bytes:
         """A PNG of the window, or of the whole page."""
         self.value("new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))")

@@ -26,6 +26,8 @@ pytestmark = [
 PAGE = re.compile(r"http://127\.0\.0\.1:\d+/\?url=\S+")
 PATIENCE_S = 200.0
 MUS = 8
+BEFORE_CONTACT = (500.0, 786.0)
+"""On the page's time line [px]."""
 
 
 def test_a_browser_shows_the_flight_of_a_bag(tmp_path):
@@ -42,8 +44,9 @@ def test_a_browser_shows_the_flight_of_a_bag(tmp_path):
             page.resize(1200, 800)
             page.call("Page.navigate", url=address)
             end = time.monotonic() + PATIENCE_S
-            while len(seen := units_seen(page.picture())) < 5:  # the page itself has two of their colours at most
+            while len(seen := units_seen(page.picture(tmp_path / "page.png"))) < 5:  # the page has two of their colours
                 assert time.monotonic() < end, f"MUs in the picture: {seen}; {page.logged}"
+                page.click(*BEFORE_CONTACT)  # at the end, where it rests, the net hides most of them
                 time.sleep(0.5)
         finally:
             command.send_signal(signal.SIGINT)

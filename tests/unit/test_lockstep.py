@@ -21,7 +21,7 @@ def book() -> CommandBuffer:
 
 def test_the_barrier_falls_with_the_last_answer():
     barrier = Barrier(frozenset({"mu1", "mu2", "planner"}))
-    barrier.open(TICK)
+    barrier.open(TICK, 0.0)
     assert not barrier.answer("mu1", TICK)
     assert not barrier.answer("mu1", TICK), "an answer counts once"
     assert not barrier.answer("planner", TICK - 1), "answers to another tick are ignored"
@@ -31,25 +31,28 @@ def test_the_barrier_falls_with_the_last_answer():
 
 def test_who_is_lost_is_not_waited_for_until_it_answers():
     barrier = Barrier(frozenset({"mu1", "mu2"}))
-    barrier.open(0)
+    barrier.open(0, 0.0)
     barrier.answer("mu1", 0)
     assert barrier.give_up() == ["mu2"]
-    barrier.open(TICK)
+    barrier.open(TICK, 0.0)
     assert barrier.answer("mu1", TICK), "mu2 is not waited for"
-    barrier.open(2 * TICK)
+    barrier.open(2 * TICK, 0.0)
     assert not barrier.answer("mu2", 2 * TICK)
     assert barrier.lost == set()
-    barrier.open(3 * TICK)
+    barrier.open(3 * TICK, 0.0)
     assert not barrier.answer("mu1", 3 * TICK), "mu2 is back and waited for again"
     assert barrier.answer("mu2", 3 * TICK)
 
 
-def test_a_wait_is_counted_in_looks_at_it_and_anew_at_each_tick():
+def test_a_standstill_of_the_one_who_waits_passes_for_one_look():
     barrier = Barrier(frozenset({"mu1"}))
-    barrier.open(0)
-    assert [barrier.look() for _ in range(3)] == [0, 1, 2], "the first may come right after the tick began"
-    barrier.open(TICK)
-    assert barrier.look() == 0
+    barrier.open(0, 7.0)
+    assert barrier.look(7.01, 0.03) == pytest.approx(0.01)
+    assert barrier.look(7.04, 0.03) == pytest.approx(0.04)
+    assert barrier.look(8.64, 0.03) == pytest.approx(0.07), "1.6 s in which nobody could answer"
+    assert barrier.look(8.65, 0.03) == pytest.approx(0.08), "the next may come right after it"
+    barrier.open(TICK, 8.65)
+    assert barrier.look(8.66, 0.03) == pytest.approx(0.01)
 
 
 def test_a_command_is_held_and_then_zeroed(book):

@@ -37,6 +37,12 @@ class Crew:
     def deaths(self):
         return []
 
+    def stand_by(self):
+        pass
+
+    def call_off(self):
+        pass
+
     def stop(self, hurry):
         self.stopped = True
         return []

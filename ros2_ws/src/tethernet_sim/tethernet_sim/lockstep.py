@@ -25,13 +25,19 @@ class Barrier:
     """The present tick [ns]."""
     pending: set[str] = field(default_factory=set)
     """Participants that are waited for."""
-    looks: int = 0
-    """How often somebody has looked since the tick began."""
+    waited_s: float = 0.0
+    """How long the tick has been waited for, as :meth:`look` counts it [s]."""
+    _looked_s: float = 0.0
 
-    def open(self, stamp_ns: int) -> None:
-        """Begin a tick."""
+    def open(self, stamp_ns: int, now_s: float) -> None:
+        """Begin a tick.
+
+        Args:
+            stamp_ns: its time [ns].
+            now_s: the present time on a steady clock [s].
+        """
         self.stamp_ns = stamp_ns
-        self.looks = 0
+        self.waited_s, self._looked_s = 0.0, now_s
         self.pending = set(self.participants) - self.lost
 
     def answer(self, who: str, stamp_ns: int) -> bool:
@@ -48,14 +54,19 @@ class Barrier:
         self.pending.remove(who)
         return not self.pending
 
-    def look(self) -> int:
-        """Look at the wait.
+    def look(self, now_s: float, interval_s: float) -> float:
+        """Look at the wait. A wait that the one who looks slept through, as on a machine that stood still, is none.
+
+        Args:
+            now_s: the present time on the clock of :meth:`open` [s].
+            interval_s: between two looks [s]; whatever is longer counts as one.
 
         Returns:
-            How many whole intervals between looks it has lasted.
+            How long it has lasted [s].
         """
-        self.looks += 1
-        return self.looks - 1
+        self.waited_s += min(now_s - self._looked_s, interval_s)
+        self._looked_s = now_s
+        return self.waited_s
 
     def give_up(self) -> list[str]:
         """The wait has run out: whoever is pending is lost now. Returns them."""

@@ -55,6 +55,8 @@ _FIRST = np.zeros(1, int)
 _FIRST_TICK = 20
 """The first control tick: a stamp of zero means to many readers that none was set, and nothing could be before it."""
 _WAITING_CLOCK_S = 0.2
+_LOOKS = 10
+"""In a wait that runs out; a standstill of this node passes for one of them."""
 """[s] wall time between two ticks of the clock while drivers of external MUs are waited for."""
 
 
@@ -97,7 +99,7 @@ class SimNode(Node):
         self._make_publishers()
         self._make_subscriptions()
         # Real time: the pace itself. Lock-step: looks whether a wait has run out.
-        self._wake_s = min(0.2, self.p.answer_timeout_s) if self.lockstep else self.control.control_period_s
+        self._wake_s = min(0.2, self.p.answer_timeout_s / _LOOKS) if self.lockstep else self.control.control_period_s
         self._timer = self.create_timer(self._wake_s, self._on_timer, clock=RosClock(clock_type=ClockType.STEADY_TIME))
         if not self.lockstep:
             self._timer.cancel()
@@ -216,8 +218,7 @@ class SimNode(Node):
         if not self.lockstep:
             self._advance()
             return
-        # A wait that this node slept through itself, as on a machine that stood still, is no wait: looks are counted.
-        if self.barrier.look() * self._wake_s > self.p.answer_timeout_s and self.barrier.pending:
+        if self.barrier.look(time.monotonic(), self._wake_s) > self.p.answer_timeout_s and self.barrier.pending:
             missing = self.barrier.give_up()
             self.get_logger().error(
                 f"no answer to t = {self._flown_ns * NANOSECOND_S:.2f} s within {self.p.answer_timeout_s:g} s from "
@@ -253,7 +254,7 @@ class SimNode(Node):
         if self.world.diverged(_FIRST)[0]:
             self._break_down()
             return
-        self.barrier.open(stamp_ns)
+        self.barrier.open(stamp_ns, time.monotonic())
         # What somebody must answer goes first; whatever else there is to tell is told while they work.
         if self.external:
             self._publish_clock(stamp_ns)
