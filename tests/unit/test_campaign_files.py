@@ -146,6 +146,7 @@ def test_another_campaigns_file_is_refused(tmp_path, description, flown):
             Results(path, describe({"name": "test", "seed": 1}, cases, settings))
         assert told in str(found.value)
         assert "give another file, or remove out.csv" in str(found.value)
+        assert str(found.value).isprintable(), "a line end would be shown as its escape"
 
 
 def test_other_code_is_another_campaign(monkeypatch, description):

@@ -11,6 +11,8 @@ from tethernet_core.settings import ControlParameters
 from tethernet_core.system import Unit
 
 ZERO = (0.0, 0.0, 0.0)
+LOOKS = 10
+"""How often to look at a wait until it runs out; a standstill of the one who waits passes for one look."""
 
 
 @dataclass

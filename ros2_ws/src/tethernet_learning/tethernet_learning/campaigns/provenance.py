@@ -9,6 +9,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict
 from typing import Any
 
+from tethernet_core.shown import SHORT, shown
 from tethernet_core.system import System
 from tethernet_learning.campaigns.cases import Case, most_units
 from tethernet_learning.campaigns.flown_systems import descriptions
@@ -74,4 +75,4 @@ def _leaves(value: Any, path: str = "") -> Iterator[tuple[str, Any]]:
 
 def _text(key: str, values: Mapping[str, Any]) -> str:
     value = values.get(key, "nothing")
-    return str(value)[:12] if key.endswith("sha256") else str(value)
+    return str(value)[:12] if key.endswith("sha256") else shown(value, SHORT)  # a whole description among them

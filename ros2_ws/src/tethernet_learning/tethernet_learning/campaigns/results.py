@@ -103,9 +103,8 @@ class Results:
                 raise CampaignError(f"{self._description_path} is no campaign's: {error}; {self._advice}") from error
             if found := differences(made_by, description):
                 raise CampaignError(
-                    f"{self.path} was begun by another campaign and cannot be continued by this one:\n  "
-                    + "\n  ".join(found)
-                    + f"\nFly with what it was begun with; or {self._advice}."
+                    f"{self.path} was begun by another campaign and cannot be continued by this one: "
+                    f"{'; '.join(found)}; fly with what it was begun with, or {self._advice}"
                 )
             return
         for path in (self.path, self._part_path):

@@ -39,7 +39,7 @@ from tethernet_ros.serialized import OdometrySample, ThrustCommand
 from tethernet_ros.well_formed import MessageError
 from tethernet_sim.latency import LatencyCount
 from tethernet_sim.loads import Loads
-from tethernet_sim.lockstep import Barrier, CommandBuffer
+from tethernet_sim.lockstep import LOOKS, Barrier, CommandBuffer
 from tethernet_sim.ros.markers import Pictures
 from tethernet_sim.ros.messages import BodyOdometry, ClockMessage, NetStateMessage, Transforms, UnitOdometry
 from tethernet_sim.sensors import OdometryNoise
@@ -55,8 +55,6 @@ _FIRST = np.zeros(1, int)
 _FIRST_TICK = 20
 """The first control tick: a stamp of zero means to many readers that none was set, and nothing could be before it."""
 _WAITING_CLOCK_S = 0.2
-_LOOKS = 10
-"""In a wait that runs out; a standstill of this node passes for one of them."""
 """[s] wall time between two ticks of the clock while drivers of external MUs are waited for."""
 
 
@@ -98,8 +96,8 @@ class SimNode(Node):
         self._door = Door(self)
         self._make_publishers()
         self._make_subscriptions()
-        # Real time: the pace itself. Lock-step: looks whether a wait has run out.
-        self._wake_s = min(0.2, self.p.answer_timeout_s / _LOOKS) if self.lockstep else self.control.control_period_s
+        # Lock-step: looks whether a wait has run out. Real time: the pace itself.
+        self._wake_s = self.p.answer_timeout_s / LOOKS if self.lockstep else self.control.control_period_s
         self._timer = self.create_timer(self._wake_s, self._on_timer, clock=RosClock(clock_type=ClockType.STEADY_TIME))
         if not self.lockstep:
             self._timer.cancel()
@@ -218,7 +216,8 @@ class SimNode(Node):
         if not self.lockstep:
             self._advance()
             return
-        if self.barrier.look(time.monotonic(), self._wake_s) > self.p.answer_timeout_s and self.barrier.pending:
+        waited_s = self.barrier.look(time.monotonic(), self._wake_s)
+        if waited_s > self.p.answer_timeout_s and self.barrier.pending:
             missing = self.barrier.give_up()
             self.get_logger().error(
                 f"no answer to t = {self._flown_ns * NANOSECOND_S:.2f} s within {self.p.answer_timeout_s:g} s from "
