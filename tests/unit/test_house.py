@@ -208,6 +208,40 @@ def test_files_are_short():
     assert {name for name in LONGER if lines.get(name, 0) <= MOST_LINES} == set(), "needs no reason any more"
 
 
+NAMED_FILE = re.compile(r"`((?:[\w-]+/)*\w+\.py)`")
+NAMED_CLASS = re.compile(r"`(\w+Parameters)`")
+TABLE_OF_MODULES = re.compile(r"^\| module \|.*\n\|[-|]+\n((?:\|.*\n)+)", re.MULTILINE)
+
+
+def documents() -> list[Path]:
+    """The README, those of the packages, and the pages of the documentation."""
+    return [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md")), *sorted(SOURCES.glob("*/README.md"))]
+
+
+def test_files_and_parameters_that_documents_name_are_there():
+    own = ("bootstrap", "benchmarks", "examples", "docs", "tests")
+    folders = [*SOURCES.glob("*/*"), *(ROOT / name for name in own)]
+    files = {f"/{path.relative_to(ROOT)}" for folder in folders for path in folder.rglob("*.py")}
+    files |= {f"/{path.name}" for path in ROOT.glob("*.py")}
+    classes = set(re.findall(r"^class (\w+Parameters)\b", "".join(p.read_text() for p in modules().values()), re.M))
+    wrong = set()
+    for document in documents():
+        text = document.read_text(encoding="utf-8")
+        wrong |= {(document.parent.name, name) for name in set(NAMED_CLASS.findall(text)) - classes}
+        for name in NAMED_FILE.findall(text):
+            if not any(path.endswith(f"/{name}") for path in files):
+                wrong.add((document.parent.name, name))
+    assert wrong == set()
+
+
+@pytest.mark.parametrize("package", PYTHON_PACKAGES)
+def test_a_package_lists_modules_of_its_own(package):
+    tables = TABLE_OF_MODULES.findall((SOURCES / package / "README.md").read_text(encoding="utf-8"))
+    cells = [row.split("|")[1] for table in tables for row in table.splitlines()]
+    listed = [name for cell in cells for name in re.findall("`([^`]+)`", cell)]
+    assert [name for name in listed if not (SOURCES / package / package / name).exists()] == []
+
+
 STARTED = re.compile(r"-m[\s\"',]+(tethernet_\w+(?:\.\w+)*)")
 
 
