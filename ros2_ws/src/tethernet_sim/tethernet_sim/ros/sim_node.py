@@ -239,11 +239,10 @@ class SimNode(Node):
         if self.mission.phase == Phase.HOLDING and self.stamp_ns >= self.mission.hold_ns:
             self.world.tow(0, self.mission.tow_n)
         self.world.advance(thrust)
-        c = self.control
         for m, force in enumerate(thrust[0]):
             impulse_s = self.system.units[m].specific_impulse_s
-            self.fuel[m] += law.fuel_used(force, period, impulse_s, c.standard_gravity_m_s2)
-        self.stamp_ns += c.period_ns
+            self.fuel[m] += law.fuel_used(force, period, impulse_s, self.control.standard_gravity_m_s2)
+        self.stamp_ns += self.control.period_ns
         for mu in self.external:
             self.world.target_pos[0, mu - 1] += self.world.target_vel[0, mu - 1] * period
         self._publish_tick()
