@@ -27,14 +27,15 @@ PERIOD = 50_000_000
 BAD_DRIVER = """
 import rclpy
 from nav_msgs.msg import Odometry
+from rclpy.qos import qos_profile_sensor_data
 rclpy.init()
 node = rclpy.create_node("bad_driver")
-publisher = node.create_publisher(Odometry, "/mu3/odom", 10)
+publishers = [node.create_publisher(Odometry, "/mu3/odom", quality) for quality in (10, qos_profile_sensor_data)]
 message = Odometry()
 message.header.frame_id = "map"
 def tell():
     message.header.stamp = node.get_clock().now().to_msg()
-    publisher.publish(message)
+    publishers[0].publish(message)
 node.create_timer(0.1, tell)
 try:
     rclpy.spin(node)
@@ -132,6 +133,7 @@ def test_the_check_finds_a_bad_driver(processes, tmp_path):
     assert check.wait() == 1
     failed = [line for line in check.output.splitlines() if line.startswith("FAIL")]
     for words in (
+        "2: best effort, volatile; reliable, volatile",
         "/mu3/thrust is listened to",
         "rate on the wall clock",
         "frame_id is 'launch'",

@@ -196,6 +196,26 @@ def test_drivers_that_break_the_contract_are_named_and_nothing_is_launched(tmp_p
         assert sum(fuel or 0.0 for fuel in mission.outcome["fuel_kg"]) == 0.0
 
 
+def test_without_a_simulator_too_nothing_is_launched_and_the_reason_is_what_the_driver_says(tmp_path, domain_id, probe):
+    """On the drivers' own clock, all of them best effort: MU 2 speaks of another frame."""
+    out = [probe.node.create_publisher(Odometry, topics.mu_odometry(mu), qos_profile_sensor_data) for mu in range(1, 5)]
+    flags = ("--mus", "4", "--no-sim", "--debris", "0", "0", "-50", *short(tmp_path, driver_patience_s=2.0))
+    with MissionCommand(tmp_path / "runs", domain_id, *flags) as mission:
+        while mission.process.poll() is None:
+            for mu, publisher in enumerate(out, 1):
+                message = Odometry(child_frame_id=topics.mu_frame(mu))
+                message.header.frame_id = "map" if mu == 2 else topics.FRAME
+                message.header.stamp = time_message(time.time_ns())
+                message.pose.pose.orientation.w = 1.0
+                publisher.publish(message)
+            probe.spin_for(0.05)
+        assert mission.finish() == 1, mission.text
+        frame = "header.frame_id is 'launch': seen 'map'"
+        assert f"MU 2 cannot fly yet: {frame}" in mission.text
+        assert "breaks the driver contract" in mission.outcome["verdict"], "and not that there is no odometry"
+        assert mission.outcome["phase"] == "WAITING"
+
+
 def test_an_external_driver_killed_in_flight_is_named_and_the_others_close_the_net(tmp_path, domain_id, processes):
     with MissionCommand(tmp_path, domain_id, "--external-mu", "3", *LOCKSTEP) as mission:
         mission.wait_for(r"mu_driver\.py --mu 3")

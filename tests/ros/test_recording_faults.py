@@ -5,7 +5,7 @@ import signal
 
 import pytest
 
-from tests.ros.mission_command import FLYING, MissionCommand
+from tests.ros.mission_command import FLYING, MissionCommand, read_bag
 from tethernet_bringup.bags.salvage import salvage
 from tethernet_bringup.recorder.recording import faults
 
@@ -56,7 +56,10 @@ def test_a_bag_that_is_tampered_with_in_flight_is_a_fault(tmp_path, domain_id, w
         assert "the bag was changed" in mission.text
 
 
-def test_a_recording_that_is_left_alone_has_no_faults(tmp_path, domain_id):
-    with MissionCommand(tmp_path / "runs", domain_id, "--pace", "lockstep", *short(tmp_path, 5.0)) as mission:
+@pytest.mark.parametrize("folder", ["runs", "Flüge 漢字"])
+def test_a_recording_that_is_left_alone_has_no_faults(tmp_path, domain_id, monkeypatch, folder):
+    monkeypatch.setenv("LC_ALL", "C")  # the poorest locale: no letter of the other name is in it
+    with MissionCommand(tmp_path / folder, domain_id, "--pace", "lockstep", *short(tmp_path, 5.0)) as mission:
         assert mission.finish() == 3
         assert faults(mission.run, mission.run / "bag") == []
+        assert len(read_bag(mission.run)["/mu3/thrust"]) > 10
