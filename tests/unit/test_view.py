@@ -123,6 +123,25 @@ def test_another_systems_messages_are_not_taken():
     assert observer.newest_ns == 0
 
 
+@pytest.mark.parametrize("measured", [False, True])
+def test_one_stamp_from_the_future_does_not_hold_the_pictures_up(measured):
+    """Of the net, and of a driver where nothing measures the net."""
+    observer = Observer(load_system("zenit_4mu"))
+    net = np.zeros((observer.system.net.node_count, 3))
+
+    def tell(stamp_ns):
+        if measured:
+            observer.net(stamp_ns, (0.0, 0.0, 0.0), net, np.zeros((4, 3)), [False] * 12)
+        else:
+            observer.unit(2, stamp_ns, (0.0, 0.0, 0.0))
+
+    for tick in range(20, 60):
+        tell(tick * 50_000_000)
+        if tick == 40:
+            tell(10**18)
+        assert observer.newest_ns == tick * 50_000_000
+
+
 def test_closing_points_take_the_place_of_aiming_points():
     observer = Observer(load_system("zenit_4mu"))
     point = Point(x=1.0, y=2.0, z=-52.0)

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
+from tethernet_bringup.recorder.timeline import Timeline
 from tethernet_bringup.view.snapshot import UNKNOWN, Event, Pose, Snapshot
 from tethernet_core.mission import Phase
 from tethernet_core.shown import shown
@@ -53,14 +54,14 @@ class Observer:
         self._launch_ns = 0
         self._told: set[int] = set()
         self._events: list[Event] = []
-        self._net_ns = self._odometry_ns = 0
+        self._timeline = Timeline()
 
     @property
     def newest_ns(self) -> int:
         """Time of what is shown [ns]: the net's newest stamp, or that of any odometry where nothing measures the net; 0
-        before the first.
+        before the first. One stamp that is far off moves it as little as it moves the time of a recording.
         """
-        return self._net_ns or self._odometry_ns
+        return self._timeline.now or 0
 
     @property
     def launched(self) -> bool:
@@ -94,17 +95,17 @@ class Observer:
             raise ValueError(f"{np.size(locked)} closing pairs; allowed: those of {self.system.name}")
         self._center, self._knots, self._true = np.asarray(center, float), knots, units
         self._locked = np.asarray(locked, bool)
-        self._net_ns = max(self._net_ns, stamp_ns)
+        self._timeline.tell(stamp_ns or None, clock=True)
 
     def unit(self, mu: int, stamp_ns: int, position: npt.ArrayLike) -> None:
         """The odometry of unit ``mu``, from 1: its position [m] at a time [ns]."""
         self._measured[mu - 1] = position
-        self._advance(stamp_ns)
+        self._timeline.tell(stamp_ns or None, clock=False)
 
     def body(self, name: str, stamp_ns: int, position: npt.ArrayLike, attitude: npt.ArrayLike) -> None:
         """The odometry of debris or chaser: position [m] and quaternion x y z w at a time [ns]."""
         self._bodies[name] = Pose(np.asarray(position, float), np.asarray(attitude, float))
-        self._advance(stamp_ns)
+        self._timeline.tell(stamp_ns or None, clock=False)
 
     def thrust(self, mu: int, force: npt.ArrayLike) -> None:
         """The force that unit ``mu`` is commanded [N]."""
@@ -175,9 +176,6 @@ class Observer:
             locked_pairs=self._pairs if self._locked is None else float(np.count_nonzero(self._locked)),
             events=events,
         )
-
-    def _advance(self, stamp_ns: int) -> None:
-        self._odometry_ns = max(self._odometry_ns, stamp_ns)
 
     def _tell(self, time_ns: int, text: str, warning: bool) -> None:
         self._events.append(Event(self._since_launch(time_ns), shown(text), warning))

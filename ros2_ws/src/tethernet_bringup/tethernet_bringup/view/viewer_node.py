@@ -105,7 +105,7 @@ class Viewer(Node):
         for look in self._looks:
             look()
         observer, now = self._observer, time.monotonic()
-        moved = observer.newest_ns > self._shown_ns
+        moved = observer.newest_ns != self._shown_ns
         if observer.news or (moved and (observer.launched or now >= self._next_s)):
             self._shown_ns, self._next_s = observer.newest_ns, now + _BEFORE_LAUNCH_S
             self._newest.put(observer.snapshot())
