@@ -15,9 +15,12 @@ from __future__ import annotations
 
 import struct
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
-from tethernet_bringup.bags.message_definitions import InstalledType
 from tethernet_core.step_guard import StepGuard
+
+if TYPE_CHECKING:
+    from tethernet_bringup.bags.message_definitions import InstalledType
 
 FARTHEST_NS = 60_000_000_000
 """A stamp farther than this from the mission's time is on another clock [ns]; nodes of a mission are never a minute
