@@ -358,9 +358,14 @@ def test_answers_of_services_are_checked_too(seed):
 @pytest.mark.parametrize(
     "text",
     [
-        "", "null", "[]", "{}", '{"pid": 1}', '{"pid": "x", "subscribers": {}, "publishers": {}}', "[" * 90_000,
-        '{"pid": 1, "subscribers": {"a": 1e999}, "publishers": {}}', '{"pid": 1, "subscribers": [], "publishers": 3}',
-        '{"pid": ' + "9" * 10_000 + ', "subscribers": {}, "publishers": {}}', '"' + "x" * 1_000_000 + '"',
+        "", "null", "[]", "{}", '{"pid": 1}', "[" * 90_000,
+        '{"pid": "x", "subscribers": {}, "publishers": {}, "listeners": {}}',
+        '{"pid": 1, "subscribers": {"a": 1e999}, "publishers": {}, "listeners": {}}',
+        '{"pid": 1, "subscribers": [], "publishers": 3, "listeners": 3}',
+        '{"pid": 1, "subscribers": {}, "publishers": {}, "listeners": {"a": 1}}',
+        '{"pid": 1, "subscribers": {}, "publishers": {}}',
+        '{"pid": ' + "9" * 10_000 + ', "subscribers": {}, "publishers": {}, "listeners": {}}',
+        '"' + "x" * 1_000_000 + '"',
     ],
 )  # fmt: skip
 def test_an_answer_of_a_connections_service_that_is_none_is_refused(text):

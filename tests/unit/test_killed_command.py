@@ -3,6 +3,7 @@
 import contextlib
 import os
 import signal
+import socket
 import subprocess
 import sys
 import textwrap
@@ -136,6 +137,18 @@ def test_a_node_that_hangs_ends_too(tmp_path):
         os.kill(command.pids[0], signal.SIGSTOP)
         command.kill()
     assert [(tmp_path / name).exists() for name in ("sim", "planner")] == [False, True], "the other ended in order"
+
+
+def test_a_node_that_is_halted_before_it_can_start_the_sweeper_ends_too(tmp_path):
+    with (
+        Command(tmp_path, POLITE, [(name, f"{tmp_path}/{name}") for name in ("sim", "planner", "recorder")]) as command,
+        socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as name_of_the_halted,
+    ):
+        pipe = Path(f"/proc/{command.pids[0]}/fd/0").readlink()
+        name_of_the_halted.bind(f"\0tethernet-sweeper-{pipe}-{os.getuid()}-0")
+        os.kill(command.pids[0], signal.SIGSTOP)
+        command.kill()
+    assert [(tmp_path / name).exists() for name in ("sim", "planner", "recorder")] == [False, True, True]
 
 
 def test_its_shared_memory_goes_where_no_node_was_let_in_yet(tmp_path):

@@ -160,7 +160,7 @@ class SlowGraph(Graph):
     def check_graph(self, endpoints):
         return GraphCheck(endpoints, lambda _: [], lambda _: [])
 
-    def check_connections(self, subscriber_counts):
+    def check_connections(self, listeners, onlookers):
         return None
 
 

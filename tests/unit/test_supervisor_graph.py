@@ -1,3 +1,6 @@
+import pytest
+
+from tethernet_bringup.mission.connection_check import ConnectionCheck
 from tethernet_bringup.mission.graph import (
     Endpoint,
     GraphCheck,
@@ -7,6 +10,7 @@ from tethernet_bringup.mission.graph import (
     expected,
 )
 from tethernet_core.system import load_system
+from tethernet_ros.connections import Connections
 
 
 class Graph:
@@ -119,9 +123,63 @@ def test_what_only_the_mission_publishes_leaves_out_drivers_and_what_is_everybod
     assert {"/mu1/thrust", "/planner/heartbeat"} <= set(without)
 
 
-def test_audiences_count_all_subscribers():
-    subscriber_counts = Graph([]).check(expected(ZENIT_8, (), simulated=True)).subscriber_counts()
-    assert subscriber_counts["sim"]["/mu3/odom"] == 3
-    assert subscriber_counts["mu3_controller"]["/mu3/thrust"] == 2
-    assert subscriber_counts["planner"]["/mission/state"] == 8 + 4
-    assert "recorder" not in subscriber_counts
+def test_the_audience_of_a_topic_is_named():
+    listeners = Graph([]).check(expected(ZENIT_8, (), simulated=True)).listeners()
+    assert listeners["sim"]["/mu3/odom"] == {"mu3_controller", "planner", "recorder"}
+    assert listeners["mu3_controller"]["/mu3/thrust"] == {"sim", "recorder"}
+    assert len(listeners["planner"]["/mission/state"]) == 8 + 4
+    assert "recorder" not in listeners
+
+
+class Node:
+    """Answers for its connections at once."""
+
+    def __init__(self, subscribers, *listeners):
+        self.told = Connections(1, {"odom": subscribers}, {}, {"odom": listeners})
+
+    def ready(self):
+        return True
+
+    def ask(self, _request, _check, callback):
+        callback(self.told)
+
+
+def check_of(node, clock=lambda: 0.0, onlookers=()):
+    return ConnectionCheck({"sim": {"odom": {"controller", "recorder"}}}, {"sim": node}, {"odom": onlookers}, clock)
+
+
+@pytest.mark.parametrize(
+    ("node", "connected"),
+    [
+        (Node(2, "controller", "recorder"), True),
+        (Node(1, "controller", "recorder"), False),
+        (Node(3, "controller", "recorder", "viewer"), True),
+        (Node(2, "controller", "recorder", "viewer"), False),  # the viewer may be one of the two
+        (Node(2, "recorder", "viewer"), False),
+        (Node(2, "recorder", "_NODE_NAME_UNKNOWN_"), False),
+    ],
+)
+def test_who_else_listens_does_not_stand_in_for_who_is_waited_for(node, connected):
+    assert check_of(node).update() == connected
+
+
+def test_a_strangers_subscription_that_is_never_found_does_not_keep_a_mission_on_the_ground():
+    now = [0.0]
+    check = check_of(Node(2, "controller", "recorder", "stranger"), lambda: now[0])
+    assert not check.update()
+    now[0] = 6.0
+    assert check.update()
+
+
+def test_an_onlooker_is_waited_for_a_moment():
+    now = [0.0]
+    node = Node(2, "controller", "recorder")
+    check = check_of(node, lambda: now[0], ["viewer"])
+    assert not check.update()
+    node.told = Node(3, "controller", "recorder", "viewer").told
+    assert check.update()
+    node.told = Node(2, "controller", "recorder").told
+    check = check_of(node, lambda: now[0], ["viewer"])
+    assert not check.update()
+    now[0] = 6.0
+    assert check.update(), "nobody needs it"

@@ -7,7 +7,7 @@ import time
 from tethernet_bringup.mission.domain_claim import DomainClaim, DomainTakenError
 from tethernet_bringup.mission.drivers import DriverDesk, DriverFaultError, hint, mu_list
 from tethernet_bringup.mission.flight_plan import FlightPlan
-from tethernet_bringup.mission.graph import exclusive_topics, expected
+from tethernet_bringup.mission.graph import exclusive_topics, expected, looked_at
 from tethernet_bringup.mission.live_display import Display
 from tethernet_bringup.mission.mission_watch import BRISK_S, MissionFaultError, MissionWatch, name_of
 from tethernet_bringup.mission.outcome import FlightRecord
@@ -64,7 +64,10 @@ class Assembly:
         """Wait until every node has found every other."""
         plan, monitor = self._plan, self._watch.joined
         graph = monitor.check_graph(expected(plan.system, plan.external, plan.simulated))
-        connections = monitor.check_connections(graph.subscriber_counts())
+        looking = {node.name for node in plan.processes if node.bystander}
+        connections = monitor.check_connections(
+            graph.listeners(), dict.fromkeys(looked_at(plan.system), looking) if looking else {}
+        )
 
         def complete() -> bool:
             found = graph.update() and monitor.planner_ready()

@@ -78,6 +78,15 @@ def expected(system: System, external: Iterable[int], simulated: bool) -> list[E
     return result + [Endpoint(topic, node, False) for topic, nodes in subscribers.items() for node in nodes]
 
 
+def looked_at(system: System) -> list[str]:
+    """Topics that a viewer listens to: nobody needs it, but what is published before it listens is not shown."""
+    units = range(1, system.unit_count + 1)
+    per_unit = (topics.mu_odometry, topics.mu_thrust, topics.mu_status)
+    bodies = (topics.DEBRIS_ODOMETRY, topics.CHASER_ODOMETRY)
+    told = (topics.MISSION_STATE, topics.CAPTURE_ASSESSMENT)
+    return [*told, *bodies, topics.NET_STATE, *(topic(mu) for mu in units for topic in per_unit)]
+
+
 def exclusive_topics(system: System, external: Iterable[int], simulated: bool) -> list[str]:
     """Topics that only the mission's own nodes may publish.
 
@@ -175,13 +184,13 @@ class GraphCheck:
             self.missing = [e for e in self.missing if e.node not in names[(e.topic, e.publishes)]]
         return not self.missing
 
-    def subscriber_counts(self) -> dict[str, dict[str, int]]:
-        """How many subscribers each node's publishers should have, by node and topic: at least."""
-        found: dict[str, dict[str, int]] = {}
+    def listeners(self) -> dict[str, dict[str, frozenset[str]]]:
+        """The nodes that each node's publishers should reach, by node and topic."""
+        found: dict[str, dict[str, frozenset[str]]] = {}
         for endpoint in self._endpoints:
             if endpoint.publishes:
-                listeners = [e for e in self._endpoints if e.topic == endpoint.topic and not e.publishes]
-                found.setdefault(endpoint.node, {})[endpoint.topic] = len(listeners)
+                nodes = (e.node for e in self._endpoints if e.topic == endpoint.topic and not e.publishes)
+                found.setdefault(endpoint.node, {})[endpoint.topic] = frozenset(nodes)
         return found
 
     @property

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import functools
 import time
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Collection, Iterable, Mapping
 
 import rclpy
 from nav_msgs.msg import Odometry
@@ -13,6 +13,7 @@ from rclpy.signals import SignalHandlerOptions
 from rclpy.task import Future
 from std_srvs.srv import Trigger
 
+from tethernet_bringup.mission.connection_check import ConnectionCheck
 from tethernet_bringup.mission.drivers import DriverWatch
 from tethernet_bringup.mission.graph import Endpoint, GraphCheck, Publisher, UnexpectedPublisherWatch
 from tethernet_bringup.mission.outcome import FlightRecord, nanoseconds
@@ -25,7 +26,7 @@ from tethernet_core.settings import ControlParameters
 from tethernet_msgs.msg import CaptureAssessment, MuStatus, SimStatus
 from tethernet_ros import checks, qos, topics
 from tethernet_ros.checks import MissionNews
-from tethernet_ros.connections import Connections, read_connections, service_name
+from tethernet_ros.connections import service_name
 from tethernet_ros.door import Asker, Door
 from tethernet_ros.executor import LEAVE_S, make_executor
 from tethernet_ros.well_formed import MessageError
@@ -148,11 +149,12 @@ class Monitor:
             return lambda: (False, "the planner's abort service is gone")
         return self._call(self._abort)
 
-    def check_connections(self, subscriber_counts: Mapping[str, Mapping[str, int]]) -> ConnectionCheck:
-        """A comparison of whom the nodes have found with whom they should have found."""
-        return ConnectionCheck(
-            subscriber_counts, {node: self._door.ask(Trigger, service_name(node)) for node in subscriber_counts}
-        )
+    def check_connections(
+        self, listeners: Mapping[str, Mapping[str, Collection[str]]], onlookers: Mapping[str, Collection[str]]
+    ) -> ConnectionCheck:
+        """A comparison of whom the nodes have found with whom they should have found, see there."""
+        services = {node: self._door.ask(Trigger, service_name(node)) for node in listeners}
+        return ConnectionCheck(listeners, services, onlookers)
 
     def watch_pulse(self, nodes: Iterable[str], patience_s: float) -> Pulse:
         """A watch on nodes of this project: each answers on its connections service as long as it runs.
@@ -195,46 +197,6 @@ class Monitor:
 
     def _on_sim(self, message: SimStatus) -> None:
         self._record.sim = message
-
-
-class ConnectionCheck:
-    """Asks every node whether its publishers have found their subscribers, until they have."""
-
-    def __init__(self, subscriber_counts: Mapping[str, Mapping[str, int]], services: Mapping[str, Asker]):
-        """Args:
-        audiences: least number of subscribers by node and topic.
-        services: of each node, to ask it.
-        """
-        self._subscriber_counts = subscriber_counts
-        self._askers = services
-        self._asked: set[str] = set()
-        self.missing = {node: list(topics) for node, topics in subscriber_counts.items()}
-        """Topics that lack subscribers, by node."""
-        self.pids: dict[str, int] = {}
-        """Process ids of the nodes that have answered."""
-
-    def update(self) -> bool:
-        """Look at the answers, ask again where somebody is missing; true when nobody is."""
-        for node in set(self.missing) - self._asked:
-            service = self._askers[node]
-            if service.ready():
-                self._asked.add(node)
-                service.ask(Trigger.Request(), read_connections, functools.partial(self._take, node))
-        return not self.missing
-
-    def describe(self) -> str:
-        """Who lacks whom, in words."""
-        return "; ".join(f"{node} lacks subscribers of {', '.join(topics)}" for node, topics in self.missing.items())
-
-    def _take(self, node: str, told: Connections | MessageError) -> None:
-        self._asked.discard(node)
-        if isinstance(told, MessageError) or node not in self.missing:
-            return  # dropped and counted at the door; it is asked again
-        self.pids[node] = told.pid
-        wanted = self._subscriber_counts[node]
-        self.missing[node] = [topic for topic, least in wanted.items() if told.subscribers.get(topic, 0) < least]
-        if not self.missing[node]:
-            del self.missing[node]
 
 
 def settled(record: FlightRecord, simulated: bool) -> bool:

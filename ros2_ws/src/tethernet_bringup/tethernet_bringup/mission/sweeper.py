@@ -28,6 +28,9 @@ NODE_PATIENCE_S = 5.0
 HEAD_START_S = 0.5
 _POLL_S = 0.05
 _STANDING_BY = "--standing-by"
+_MODULE = "tethernet_bringup.mission.sweeper"
+_ATTEMPTS = 2
+"""To start a sweeper: a node that is halted in the first one has the name and never starts any."""
 
 
 def start(began_s: float) -> None:
@@ -38,15 +41,31 @@ def start(began_s: float) -> None:
     Args:
         began_s: seconds since the epoch, before any process of the mission made a segment.
     """
+    pipe = _pipe_of("self")
+    for attempt in range(_ATTEMPTS):
+        place = _take(pipe, attempt)
+        if place is not None:
+            names = shared_memory.held_by(_family(pipe))  # now: the nodes end faster than a process starts
+            _run([pipe, f"{began_s:.3f}", *sorted(names)], 0, place.fileno())
+            return
+        # Another node does it, or has been halted before it could.
+        patience = time.monotonic() + HEAD_START_S
+        while time.monotonic() < patience:
+            if any(map(_sweeps, _family(pipe))):
+                return
+            time.sleep(_POLL_S)
+
+
+def _take(pipe: str, attempt: int) -> socket.socket | None:
+    """What only one of a mission's nodes can have; None where another has it."""
+    place = socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM)
     try:
-        place = socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM)
         # A name without a file, which the kernel frees with the sweeper.
-        pipe = _pipe_of("self")
-        place.bind(f"\0tethernet-sweeper-{pipe}-{os.getuid()}")
+        place.bind(f"\0tethernet-sweeper-{pipe}-{os.getuid()}-{attempt}")
     except OSError:
-        return
-    names = shared_memory.held_by(_family(pipe))  # now: the nodes end faster than a process starts
-    _run([pipe, f"{began_s:.3f}", *sorted(names)], 0, place.fileno())
+        place.close()
+        return None
+    return place
 
 
 def stand_by(nodes_stdin: int, began_s: float, names: Iterable[str]) -> int:
@@ -78,7 +97,7 @@ def stand_by(nodes_stdin: int, began_s: float, names: Iterable[str]) -> int:
 
 def _run(words: list[str], stdin: int, *kept: int) -> None:
     subprocess.Popen(
-        [sys.executable, "-P", "-m", "tethernet_bringup.mission.sweeper", *words],
+        [sys.executable, "-P", "-m", _MODULE, *words],
         stdin=stdin, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, start_new_session=True, pass_fds=kept,
     )  # fmt: skip
 
@@ -109,6 +128,14 @@ def _family(pipe: str) -> list[int]:
     """The living nodes of a mission."""
     others = (entry.name for entry in Path("/proc").iterdir() if entry.name.isdigit())
     return [int(pid) for pid in others if _pipe_of(pid) == pipe]
+
+
+def _sweeps(pid: int) -> bool:
+    """Whether a process is a sweeper."""
+    try:
+        return _MODULE.encode() in Path(f"/proc/{pid}/cmdline").read_bytes().split(b"\0")
+    except OSError:  # gone
+        return False
 
 
 def _kill(pids: Iterable[int], pipe: str) -> None:

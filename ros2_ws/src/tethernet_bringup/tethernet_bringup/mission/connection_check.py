@@ -1,0 +1,73 @@
+"""Whether the nodes of a mission have found each other, asked of each of them."""
+
+from __future__ import annotations
+
+import functools
+import time
+from collections.abc import Callable, Collection, Mapping
+
+from std_srvs.srv import Trigger
+
+from tethernet_ros.connections import Connections, read_connections
+from tethernet_ros.door import Asker
+from tethernet_ros.well_formed import MessageError
+
+_PATIENCE_S = 5.0
+"""[s] After this time the mission waits no more for those who only look on: an onlooker that is not there yet, a
+stranger's subscription that is seen but not found."""
+
+
+class ConnectionCheck:
+    """Asks every node whether its publishers have found their subscribers, until they have."""
+
+    def __init__(
+        self,
+        listeners: Mapping[str, Mapping[str, Collection[str]]],
+        services: Mapping[str, Asker],
+        onlookers: Mapping[str, Collection[str]] | None = None,
+        clock: Callable[[], float] = time.monotonic,
+    ):
+        """Args:
+        listeners: names of the nodes that should be reached, by node and topic.
+        services: of each node, to ask it.
+        onlookers: names of those that should be reached too if they come soon, by topic.
+        clock: wall time [s].
+        """
+        self._listeners = listeners
+        self._askers = services
+        self._onlookers = onlookers or {}
+        self._clock = clock
+        self._lenient_at = clock() + _PATIENCE_S
+        self._asked: set[str] = set()
+        self.missing = {node: list(topics) for node, topics in listeners.items()}
+        """Topics that lack subscribers, by node."""
+        self.pids: dict[str, int] = {}
+        """Process ids of the nodes that have answered."""
+
+    def update(self) -> bool:
+        """Look at the answers, ask again where somebody is missing; true when nobody is."""
+        for node in set(self.missing) - self._asked:
+            service = self._askers[node]
+            if service.ready():
+                self._asked.add(node)
+                service.ask(Trigger.Request(), read_connections, functools.partial(self._take, node))
+        return not self.missing
+
+    def describe(self) -> str:
+        """Who lacks whom, in words."""
+        return "; ".join(f"{node} lacks subscribers of {', '.join(topics)}" for node, topics in self.missing.items())
+
+    def _take(self, node: str, told: Connections | MessageError) -> None:
+        self._asked.discard(node)
+        if isinstance(told, MessageError) or node not in self.missing:
+            return  # dropped and counted at the door; it is asked again
+        self.pids[node] = told.pid
+        lenient = self._clock() >= self._lenient_at
+        self.missing[node] = [
+            topic
+            for topic, nodes in self._listeners[node].items()
+            if not told.serves(topic, {*nodes, *self._onlookers.get(topic, ())})
+            and not (lenient and told.subscribers.get(topic, 0) >= len(nodes))
+        ]
+        if not self.missing[node]:
+            del self.missing[node]
