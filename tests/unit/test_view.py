@@ -21,7 +21,7 @@ from tethernet_bringup.view.snapshot import Event, Newest
 from tethernet_bringup.view.strands import strands
 from tethernet_core.shapes import shape_from
 from tethernet_core.system import load_system, shipped_systems
-from tethernet_msgs.msg import MissionState
+from tethernet_msgs.msg import CaptureAssessment, MissionState
 
 HOLD_S = 2.0
 BOX = {"kind": "box", "size_m": [1.0, 2.0, 3.0]}
@@ -282,3 +282,24 @@ def test_the_bag_is_only_read(shown):
     run, _ = shown
     assert list(open_bag(run).messages()), "and still whole"
     assert sorted(path.name for path in run.rglob("*")) == ["bag", "bag_0.mcap", "metadata.yaml"]
+
+
+@pytest.mark.parametrize(
+    ("phase", "hold_s", "stages", "ended"),
+    [
+        (MissionState.CLOSING, 0.0, [2], False),
+        (MissionState.COMPLETE, 0.0, [1], False),
+        (MissionState.COMPLETE, 0.0, [2], True),
+        (MissionState.COMPLETE, 60.0, [2], False),
+        (MissionState.COMPLETE, 60.0, [2, 3], True),
+        (MissionState.MISSED, 60.0, [2], True),
+        (MissionState.ABORTED, 60.0, [], True),
+    ],
+)
+def test_it_knows_when_all_has_been_told(phase, hold_s, stages, ended):
+    observer = Observer(load_system("zenit_4mu"))
+    assert not observer.ended
+    observer.state(MissionState(mu_count=4, phase=phase, hold_duration=hold_s))
+    for stage in stages:
+        observer.assessment(CaptureAssessment(stage=stage))
+    assert observer.ended == ended

@@ -240,7 +240,8 @@ class Supervisor:
             self._life = None
 
     def stop(self, hurry: bool = True) -> list[Exit]:
-        """End all processes: SIGINT, then SIGTERM, then SIGKILL; those marked ``last`` after the others.
+        """End all processes: SIGINT, then SIGTERM, then SIGKILL; those marked ``last`` after the others. Where there
+        is no hurry those who look on end first, while what they lack can still be told again.
 
         Bounded by the parameters' patience; may be called again.
 
@@ -256,8 +257,11 @@ class Supervisor:
         before = set(self.pids)
         self.note_shared_memory()
         p, times = self.parameters, 1.0 if hurry else _NO_HURRY
+        if not hurry:
+            onlookers = [name for name in before if self._processes[name][0].bystander]
+            self._end(onlookers, times * p.interrupt_patience_s, times * p.terminate_patience_s)
         for last, patience in ((False, p.interrupt_patience_s), (True, p.recorder_patience_s)):
-            names = [name for name in before if self._processes[name][0].last == last]
+            names = [name for name in before if self._processes[name][0].last == last and name not in self._exits]
             self._end(names, times * patience, times * p.terminate_patience_s)
         for end in (*self._pipe, *self._gate):
             os.close(end)

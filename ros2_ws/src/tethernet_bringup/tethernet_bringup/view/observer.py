@@ -52,6 +52,7 @@ class Observer:
         self._distance = self._cqi = self._pairs = UNKNOWN
         self._phase: Phase | None = None
         self._launch_ns = 0
+        self._held_asked = False
         self._told: set[int] = set()
         self._events: list[Event] = []
         self._timeline = Timeline()
@@ -72,6 +73,14 @@ class Observer:
     def news(self) -> bool:
         """Whether something has happened since the last snapshot that is told in words."""
         return bool(self._events)
+
+    @property
+    def ended(self) -> bool:
+        """Whether all has been told that will be: the mission is over, and judged if it came to that."""
+        if self._phase is None or not self._phase.over:
+            return False
+        last = _STAGE_HELD if self._held_asked and self._phase == Phase.COMPLETE else _STAGE_FINAL
+        return self._phase == Phase.ABORTED or last in self._told
 
     def net(
         self, stamp_ns: int, center: npt.ArrayLike, knots: np.ndarray, units: np.ndarray, locked: npt.ArrayLike
@@ -137,6 +146,7 @@ class Observer:
         if message.mu_count != self.system.unit_count:
             raise ValueError(f"{message.mu_count} units; allowed: those of {self.system.name}")
         self._launch_ns = _nanoseconds(message.launch_time) or self._launch_ns
+        self._held_asked = message.hold_duration > 0.0
         place = np.array(_xyz(message.debris_position))
         if place.any():
             self._planned = place

@@ -59,6 +59,8 @@ _END_S = 3.0
 """[s] wall time for the last pictures, once asked to end; a second signal ends it at once."""
 _LAST_WORDS_S = 0.1
 """[s] wall time for what was said last, and for what has piled up where this process stood still."""
+_TOLD_AGAIN_S = 3.5
+"""[s] wall time within which a reliable writer of Fast DDS has told again what a reader lacks (heartbeats of 3 s)."""
 _POLL_S = 0.05
 _ANSWER_S = 0.5
 """[s] wall time between two looks at whether anybody asks for the parameters."""
@@ -116,8 +118,13 @@ class Viewer(Node):
         Args:
             hurried: whether there is no time for that any more.
         """
-        time.sleep(_LAST_WORDS_S)
-        self.look()
+        # Whoever has told it is still there and tells it again where it was lost on the way.
+        began = time.monotonic()
+        while time.monotonic() < began + _LAST_WORDS_S or not (self._observer.ended or hurried()):
+            time.sleep(_POLL_S)
+            self.look()
+            if time.monotonic() > began + _TOLD_AGAIN_S:
+                break
         self._newest.close()
         until = time.monotonic() + _END_S
         while self.stuck and time.monotonic() < until and not hurried():
