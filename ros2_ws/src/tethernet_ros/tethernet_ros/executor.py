@@ -83,7 +83,8 @@ def run(make_node: Callable[[], Node], args: list[str] | None = None) -> int:
 
     Returns:
         Exit status: 0 stopped by SIGINT or SIGTERM, 1 a fault (logged), 2 bad parameters or arguments (explained on
-            stderr). A process that hangs in the middleware when it leaves ends by SIGALRM, see :func:`bound_the_end`.
+            stderr). A process that hangs in the middleware when it leaves ends by SIGALRM, see :func:`bound_the_end`, or
+            by a SIGTERM that comes meanwhile.
     """
     global _initialised
     args = sys.argv if args is None else args
@@ -116,9 +117,9 @@ def run(make_node: Callable[[], Node], args: list[str] | None = None) -> int:
         _log_fault(program, node, error)
         return FAULT
     finally:
-        # A second signal must not turn a clean end into a traceback.
+        # A second signal must not turn a clean end into a traceback; one that is more than a request ends what hangs.
         signal.signal(signal.SIGINT, signal.SIG_IGN)
-        signal.signal(signal.SIGTERM, signal.SIG_IGN)
+        signal.signal(signal.SIGTERM, signal.SIG_DFL)
         bound_the_end()
         _close(node)
     return STOPPED
@@ -168,6 +169,10 @@ def _close(node: Node | None) -> None:
     try:
         if node is not None:
             node.destroy_node()
+        else:
+            # A signal came while it was made, and left a participant behind that nobody holds. Were the process to end
+            # with that, its threads could die with the lock of a queue in shared memory, on which all others then wait.
+            gc.collect()
         rclpy.try_shutdown()
     except Exception as error:
         # Everything is over; what remains is the middleware's business. Told, because it should not happen.
