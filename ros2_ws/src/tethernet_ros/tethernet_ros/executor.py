@@ -19,6 +19,7 @@ from pathlib import Path
 import rclpy
 from rclpy.executors import Executor, ExternalShutdownException, SingleThreadedExecutor
 from rclpy.node import Node
+from rclpy.signals import SignalHandlerOptions, install_signal_handlers
 from rclpy.task import Future
 from rclpy.utilities import remove_ros_args
 
@@ -83,24 +84,27 @@ def run(make_node: Callable[[], Node], args: list[str] | None = None) -> int:
 
     Returns:
         Exit status: 0 stopped by SIGINT or SIGTERM, 1 a fault (logged), 2 bad parameters or arguments (explained on
-            stderr). A process that hangs in the middleware when it leaves ends by SIGALRM, see :func:`bound_the_end`, or
-            by a SIGTERM that comes meanwhile.
+            stderr). A process that hangs in the middleware when it leaves ends by SIGALRM, see :func:`bound_the_end`,
+            or by a SIGTERM that comes meanwhile.
     """
     global _initialised
     args = sys.argv if args is None else args
     program = Path(args[0]).stem if args else "node"
     node = None
     try:
-        # rclpy shuts down by itself on both signals, through a handler that it puts before this one; Python's own
-        # KeyboardInterrupt would come in the middle of a callback.
+        # rclpy shuts down by itself on both signals, through handlers that are put before these; Python's own
+        # KeyboardInterrupt would come in the middle of a callback. While the node is made these only take note: a
+        # shutdown would leave its participant behind, and a process that ends with one can die with the lock of a queue
+        # in shared memory, on which all others wait.
         signal.signal(signal.SIGINT, _on_signal)
         signal.signal(signal.SIGTERM, _on_signal)
         _refuse_leftovers(args)
         pass_gate()
-        rclpy.init(args=args)
+        rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
         _initialised = True
         node = make_node()
         serve_connections(node)
+        install_signal_handlers(SignalHandlerOptions.ALL)
         gc.freeze()  # what was imported stays: no collection shall walk through it in the middle of a flight
         spin(node)
     except ExternalShutdownException:
