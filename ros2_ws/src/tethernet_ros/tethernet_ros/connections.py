@@ -2,22 +2,16 @@
 
 That a third party sees both ends of a topic does not mean that they see each other, and what is published before they
 do is lost. So every node tells on ``/NODE/connections`` (std_srvs/Trigger) how many subscribers each of its publishers
-has, which nodes it sees listening, and which process it is; whoever starts a mission asks before the first tick.
-
-The middleware tells how many subscribers a publisher has found, not which: only when it has found as many as it sees,
-it has found those that matter, whoever else listens.
+has, and which process it is; whoever starts a mission asks before the first tick.
 """
 
 from __future__ import annotations
 
 import json
 import os
-from collections.abc import Collection
 from dataclasses import dataclass
 
 from rclpy.node import Node
-from rclpy.publisher import Publisher
-from rclpy.qos import QoSCompatibility, qos_check_compatible
 from std_srvs.srv import Trigger
 
 from tethernet_core.shown import SHORT, shown
@@ -38,13 +32,6 @@ class Connections:
     """Subscribers that each of its publishers has found, by topic."""
     publishers: dict[str, int]
     """Publishers that each of its subscriptions has found, by topic."""
-    listeners: dict[str, tuple[str, ...]]
-    """Nodes that it sees listening to what it publishes, by topic: one for each subscription that can be served."""
-
-    def serves(self, topic: str, nodes: Collection[str]) -> bool:
-        """Whether a topic reaches all of these nodes: they are seen, and as many subscribers found as are seen."""
-        seen = self.listeners.get(topic, ())
-        return set(nodes) <= set(seen) and self.subscribers.get(topic, 0) >= len(seen)
 
 
 def service_name(node: str) -> str:
@@ -60,21 +47,11 @@ def serve_connections(node: Node) -> None:
             "pid": os.getpid(),
             "subscribers": {out.topic_name: out.get_subscription_count() for out in node.publishers},
             "publishers": {heard.topic_name: heard.get_publisher_count() for heard in node.subscriptions},
-            "listeners": {out.topic_name: _listeners(node, out) for out in node.publishers},
         }
         response.success, response.message = True, json.dumps(content)
         return response
 
     Door(node).serve(Trigger, service_name(node.get_name()), trigger_request, tell)
-
-
-def _listeners(node: Node, out: Publisher) -> list[str]:
-    """Names of the nodes whose subscriptions a publisher can serve."""
-    return [
-        seen.node_name
-        for seen in node.get_subscriptions_info_by_topic(out.topic_name)
-        if qos_check_compatible(out.qos_profile, seen.qos_profile)[0] != QoSCompatibility.ERROR
-    ]
 
 
 def read_connections(response: Trigger.Response) -> Connections:
@@ -91,7 +68,6 @@ def read_connections(response: Trigger.Response) -> Connections:
         subscribers, publishers = (
             {str(topic): int(count) for topic, count in content[side].items()} for side in ("subscribers", "publishers")
         )
-        listeners = {str(topic): tuple(map(str, nodes)) for topic, nodes in content["listeners"].items()}
-        return Connections(int(content["pid"]), subscribers, publishers, listeners)
+        return Connections(int(content["pid"]), subscribers, publishers)
     except (ValueError, TypeError, KeyError, AttributeError, OverflowError, RecursionError) as error:
         raise MessageError(f"no answer of a connections service: {shown(text, SHORT)}") from error

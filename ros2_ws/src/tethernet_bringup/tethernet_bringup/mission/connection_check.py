@@ -1,4 +1,8 @@
-"""Whether the nodes of a mission have found each other, asked of each of them."""
+"""Whether the nodes of a mission have found each other, asked of each of them.
+
+The middleware tells a node how many subscribers a publisher has found, not which. Only when it has found as many as
+there are, it has found those that matter, whoever else listens.
+"""
 
 from __future__ import annotations
 
@@ -24,17 +28,20 @@ class ConnectionCheck:
         self,
         listeners: Mapping[str, Mapping[str, Collection[str]]],
         services: Mapping[str, Asker],
+        seen: Callable[[str], int],
         onlookers: Mapping[str, Collection[str]] | None = None,
         clock: Callable[[], float] = time.monotonic,
     ):
         """Args:
         listeners: names of the nodes that should be reached, by node and topic.
         services: of each node, to ask it.
+        seen: how many subscriptions of a topic the graph shows.
         onlookers: names of those that should be reached too if they come soon, by topic.
         clock: wall time [s].
         """
         self._listeners = listeners
         self._askers = services
+        self._seen = seen
         self._onlookers = onlookers or {}
         self._clock = clock
         self._lenient_at = clock() + _PATIENCE_S
@@ -62,12 +69,14 @@ class ConnectionCheck:
         if isinstance(told, MessageError) or node not in self.missing:
             return  # dropped and counted at the door; it is asked again
         self.pids[node] = told.pid
-        lenient = self._clock() >= self._lenient_at
-        self.missing[node] = [
-            topic
-            for topic, nodes in self._listeners[node].items()
-            if not told.serves(topic, {*nodes, *self._onlookers.get(topic, ())})
-            and not (lenient and told.subscribers.get(topic, 0) >= len(nodes))
-        ]
+        wanted = self._listeners[node]
+        self.missing[node] = [topic for topic in wanted if told.subscribers.get(topic, 0) < self._least(topic, wanted)]
         if not self.missing[node]:
             del self.missing[node]
+
+    def _least(self, topic: str, wanted: Mapping[str, Collection[str]]) -> int:
+        """So many subscribers a publisher must have found to be sure that those who matter are among them."""
+        own = len(wanted[topic])
+        if self._clock() >= self._lenient_at:
+            return own
+        return max(own + len(self._onlookers.get(topic, ())), self._seen(topic))

@@ -154,7 +154,7 @@ class Monitor:
     ) -> ConnectionCheck:
         """A comparison of whom the nodes have found with whom they should have found, see there."""
         services = {node: self._door.ask(Trigger, service_name(node)) for node in listeners}
-        return ConnectionCheck(listeners, services, onlookers)
+        return ConnectionCheck(listeners, services, self._node.count_subscribers, onlookers)
 
     def watch_pulse(self, nodes: Iterable[str], patience_s: float) -> Pulse:
         """A watch on nodes of this project: each answers on its connections service as long as it runs.
