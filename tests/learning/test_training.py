@@ -18,9 +18,11 @@ from tests.learning.pretended import Pretended
 from tests.systems import zenit
 from tethernet_learning import run_folder
 from tethernet_learning.policies import history, offset_search, train_policy
-from tethernet_learning.policies.ppo import PpoSettings
+from tethernet_learning.policies.ppo import PpoSettings, begin_with, new_model
 from tethernet_learning.policies.reward import Reward
+from tethernet_learning.policies.vec_env import AimingVecEnv, minus_mean_of_others
 from tethernet_planner.inference import model_file
+from tethernet_planner.inference.networks import dense
 from tethernet_planner.inference.policy_file import AimingPolicy, OutsideTrainingError, constant_policy
 from tethernet_planner.inference.symmetry import Symmetry
 from tethernet_planner.inference.task import task_of
@@ -64,6 +66,52 @@ def test_the_same_seed_gives_the_same_policy_killed_or_not(tmp_path):
     assert len(history.read(files[0])) == 16
     other = train(tmp_path / "other", settings=PpoSettings(ZENIT_4, seed=6, episodes=128, envs=8, steps=2, batch=8))
     assert not np.array_equal(whole["weight_0"], other["weight_0"])
+
+
+def test_a_training_begins_with_a_policy_when_told(tmp_path):
+    train(tmp_path / "first")
+    first = AimingPolicy.load(tmp_path / "first" / "policy.safetensors")
+    model = new_model(SETTINGS, AimingVecEnv(Pretended(), REWARD, 8, 0))
+    exploration = model.policy.log_std.detach().numpy().copy()
+    begin_with(model, first)
+    seen = np.random.default_rng(3).uniform(-1, 1, (20, 3)).astype(np.float32)
+    answered = model.predict(seen, deterministic=True)[0]
+    assert np.allclose(answered, np.clip(dense(first.arrays, seen), -1, 1), atol=1e-5)
+    assert np.array_equal(model.policy.log_std.detach().numpy(), exploration)
+    with pytest.raises(ValueError, match="layers"):
+        begin_with(model, constant_policy(ZENIT_4, task_of(ZENIT_4), np.zeros((4, 2))))
+
+    (tmp_path / "second").mkdir()
+    slow = PpoSettings(ZENIT_4, seed=5, episodes=16, envs=8, steps=2, batch=8, learning_rate=1e-6, log_std=-1.0)
+    train_policy.train(tmp_path / "second", slow, Pretended(), REWARD, {}, first)
+    second = AimingPolicy.load(tmp_path / "second" / "policy.safetensors")
+    assert np.allclose(second.offsets((1.0, 2.0, -50.0)), first.offsets((1.0, 2.0, -50.0)), atol=1e-3)
+
+
+def test_rewards_within_a_draw_are_compared_with_the_others_there():
+    rewards = np.array([1.0, 2.0, 6.0, 10.0, 30.0])
+    compared = minus_mean_of_others(rewards, [[0, 1, 2], [3, 4]])
+    assert compared.tolist() == [-3.0, -1.5, 4.5, -20.0, 20.0]
+    assert rewards[0] == 1.0
+    # What all members of a draw share is gone, whatever it is.
+    assert np.allclose(minus_mean_of_others([*rewards, 7, 7, 7, -9, -9], [[0, 1, 2], [3, 4]]), compared)
+
+
+def test_environments_compare_within_draws_and_tell_the_rewards_as_they_are():
+    actions = np.linspace(-1, 1, 16 * 8).reshape(16, 8)
+    plain, compared = (AimingVecEnv(Pretended(), REWARD, 16, 0, compare_within_draws=told) for told in (False, True))
+    (_, rewards, _, infos), (_, differences, _, same) = plain.step(actions), compared.step(actions)
+    assert [info["episode"]["r"] for info in same] == [info["episode"]["r"] for info in infos]
+    assert np.allclose(differences, minus_mean_of_others(rewards, [range(8), range(8, 16)]), atol=1e-6)
+    assert np.abs(differences).max() > 1e-3
+
+
+@pytest.mark.parametrize(
+    "wrong", [{"baseline": "mean"}, {"baseline": "draw"}, {"baseline": "draw", "assumed": "random", "envs": 12}]
+)
+def test_a_baseline_that_cannot_be_is_refused(wrong):
+    with pytest.raises(ValueError, match="baseline"):
+        PpoSettings(ZENIT_4, **wrong)
 
 
 def test_a_training_learns_and_leaves_what_it_should(tmp_path):

@@ -7,10 +7,16 @@ from typing import Any
 
 import numpy as np
 
+from tethernet_learning import assumed_numbers
 from tethernet_learning.policies.episode_settings import EpisodeSettings
 from tethernet_planner.inference.model_file import MadeFor
 from tethernet_planner.inference.networks import dense
 from tethernet_planner.inference.policy_file import AimingPolicy
+
+DRAW = "draw"
+BASELINES = ("none", DRAW)
+"""``draw``: the mean reward of the other episodes with the same draw of the assumed numbers. The critic sees where the
+debris is and not what was drawn, and between draws fuel differs by several times what aiming can save."""
 
 
 @dataclass(frozen=True)
@@ -36,12 +42,21 @@ class PpoSettings(EpisodeSettings):
     log_std: float = 0.0
     """Logarithm of the exploration's initial standard deviation, actions scaled to [-1, 1]: 0, the library's default,
     is 5 m for every MU; -2.3 is half a metre."""
+    baseline: str = "none"
+    """One of :data:`BASELINES`: what an episode's reward is compared with, beside the critic's value."""
 
     def __post_init__(self) -> None:
         """Raises:
         ValueError: naming the value and what is allowed.
         """
         super().__post_init__()
+        if self.baseline not in BASELINES:
+            raise ValueError(f"baseline {self.baseline!r}; allowed: {', '.join(BASELINES)}")
+        if self.baseline == DRAW and (self.assumed != assumed_numbers.RANDOM or self.envs % assumed_numbers.GROUP):
+            raise ValueError(
+                f"baseline {DRAW}: allowed with assumed = {assumed_numbers.RANDOM} and envs a multiple of the "
+                f"{assumed_numbers.GROUP} scenarios that share a draw"
+            )
         for name in ("episodes", "envs", "steps", "batch", "epochs"):
             if getattr(self, name) < 1:
                 raise ValueError(f"{name} = {getattr(self, name)}; allowed: 1 or more")
@@ -87,6 +102,34 @@ class _falling:  # noqa: N801 - a function that can be saved
         return self.rate * left
 
 
+def begin_with(model: Any, policy: AimingPolicy) -> None:
+    """Give an untrained PPO the mean of a trained policy; exploration and critic stay as they are.
+
+    Args:
+        model: a stable-baselines3 PPO.
+        policy: for the same system and with the same layers as the library's default policy.
+
+    Raises:
+        ValueError: when its layers are others.
+    """
+    import torch
+
+    wanted = {name: tuple(value.shape) for name, value in _weights(model).items()}
+    given = {name: tuple(value.shape) for name, value in policy.arrays.items()}
+    if given != wanted:
+        raise ValueError(f"the policy to begin with has layers {given}; allowed: {wanted}")
+    with torch.no_grad():
+        for name, value in _weights(model).items():
+            value.copy_(torch.from_numpy(policy.arrays[name]))
+
+
+def _weights(model: Any) -> dict[str, Any]:
+    """The deterministic part of a PPO, by the names of a policy's arrays."""
+    policy = model.policy
+    layers = [layer for layer in policy.mlp_extractor.policy_net if hasattr(layer, "weight")] + [policy.action_net]
+    return {f"{name}_{k}": getattr(layer, name) for name in ("weight", "bias") for k, layer in enumerate(layers)}
+
+
 def export(model: Any, settings: PpoSettings, about: dict[str, Any]) -> AimingPolicy:
     """The deterministic part of a trained PPO, for NumPy.
 
@@ -98,10 +141,7 @@ def export(model: Any, settings: PpoSettings, about: dict[str, Any]) -> AimingPo
     Raises:
         ValueError: when the copy does not answer as the original does.
     """
-    policy = model.policy
-    layers = [layer for layer in policy.mlp_extractor.policy_net if hasattr(layer, "weight")] + [policy.action_net]
-    arrays = {f"weight_{k}": layer.weight.detach().numpy().copy() for k, layer in enumerate(layers)}
-    arrays |= {f"bias_{k}": layer.bias.detach().numpy().copy() for k, layer in enumerate(layers)}
+    arrays = {name: value.detach().numpy().copy() for name, value in _weights(model).items()}
     observations = np.random.default_rng(0).uniform(-1, 1, (100, 3)).astype(np.float32)
     expected, _ = model.predict(observations, deterministic=True)
     if not np.allclose(np.clip(dense(arrays, observations), -1, 1), expected, atol=1e-4):

@@ -15,6 +15,7 @@ from tethernet_learning import assumed_numbers
 from tethernet_learning.flight_settings import Flight, settings_fingerprint
 from tethernet_learning.policies import capture_sources as sources
 from tethernet_learning.policies.episode_settings import EpisodeSettings
+from tethernet_learning.policies.ppo import BASELINES
 from tethernet_learning.policies.reward import REFERENCES_FILE, VARIANTS, Reward, references
 from tethernet_planner.inference import model_file, task
 from tethernet_planner.inference.surrogate_file import NOISES, Surrogate
@@ -29,6 +30,7 @@ _CHOICES = {
     "source": (sources.SURROGATE, sources.FULL),
     "noise": NOISES,
     "assumed": assumed_numbers.CHOICES,
+    "baseline": BASELINES,
 }
 
 

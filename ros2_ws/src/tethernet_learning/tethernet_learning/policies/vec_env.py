@@ -2,18 +2,40 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import gymnasium  # noqa: TID253 - this module is imported only where training is wanted
 import numpy as np
 from stable_baselines3.common.vec_env import VecEnv  # noqa: TID253
 
+from tethernet_learning import assumed_numbers
 from tethernet_learning.policies import episodes
 from tethernet_learning.policies.capture_sources import Source
 from tethernet_learning.policies.episode_settings import learned_task
 from tethernet_learning.policies.reward import Reward
 from tethernet_learning.random_scenarios import random_scenarios
 from tethernet_learning.seeds import Purpose
+
+
+def minus_mean_of_others(rewards: np.ndarray, groups: Sequence[Sequence[int]]) -> np.ndarray:
+    """Each reward minus the mean of the others of its group.
+
+    The others' actions were drawn independently of its own, so that the policy's gradient keeps its expected value.
+
+    Args:
+        rewards: shape (N,).
+        groups: numbers of the members of each, every number in one of them, two or more in each.
+
+    Returns:
+        Shape (N,).
+    """
+    compared = np.array(rewards, float)
+    for group in groups:
+        members = np.asarray(group)
+        own = compared[members]
+        compared[members] = own - (own.sum() - own) / (len(own) - 1)
+    return compared
 
 
 class AimingVecEnv(VecEnv):
@@ -33,6 +55,7 @@ class AimingVecEnv(VecEnv):
         next_episode: int = 0,
         symmetry: str = "none",
         purpose: Purpose = Purpose.POLICY_TRAINING,
+        compare_within_draws: bool = False,
     ):
         """Args:
         source: flies the episodes.
@@ -42,12 +65,15 @@ class AimingVecEnv(VecEnv):
         next_episode: number of the first episode.
         symmetry: one of :data:`.task.SYMMETRIES`.
         purpose: the stream of scenarios.
+        compare_within_draws: give rewards minus the mean of the others with the same draw of the assumed numbers;
+            ``infos`` hold them as they are.
         """
         self.render_mode = None
         actions = gymnasium.spaces.Box(-1.0, 1.0, (2 * reward.system.unit_count,), np.float32)
         super().__init__(env_count, gymnasium.spaces.Box(-1.0, 1.0, (3,), np.float32), actions)
         self.next_episode = next_episode
         self._source, self._reward, self._seed = source, reward, seed
+        self._compare_within_draws = compare_within_draws
         self._task, self._purpose = learned_task(reward.system, symmetry), purpose
         self._actions = np.zeros((env_count, 2 * reward.system.unit_count))
         self._observe()
@@ -94,8 +120,10 @@ class AimingVecEnv(VecEnv):
             for i in range(self.num_envs)
         ]
         self.next_episode += self.num_envs
-        rewards = results.rewards.astype(np.float32)
-        return self._observe(), rewards, np.ones(self.num_envs, bool), infos
+        rewards = results.rewards
+        if self._compare_within_draws:
+            rewards = minus_mean_of_others(rewards, [numbers for numbers, _ in assumed_numbers.groups(self._scenarios)])
+        return self._observe(), rewards.astype(np.float32), np.ones(self.num_envs, bool), infos
 
     def close(self) -> None:
         """Nothing to close."""
