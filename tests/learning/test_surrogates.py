@@ -9,10 +9,12 @@ import pytest
 
 from tests.command import tethernet
 from tests.systems import zenit
+from tethernet_learning import assumed_numbers
 from tethernet_learning.campaigns.chunks import failed
 from tethernet_learning.data import data_set, make_data, measure_repeatability
 from tethernet_learning.data.data_set import Captures
 from tethernet_learning.data.trigger import fly_and_look
+from tethernet_learning.flight_settings import Flight
 from tethernet_learning.policies import capture_sources as sources
 from tethernet_learning.surrogates import surrogate_training
 from tethernet_learning.surrogates.surrogate_scores import scores, with_errors
@@ -239,6 +241,21 @@ def test_a_data_set_is_made_described_resumed_and_not_mixed(tmp_path, capsys):
     assert (tmp_path / "d" / "train.parts" / "000000.parquet").stat().st_mtime_ns == before
     assert tethernet("data", "make", *words, "--seed", "1") == 2
     assert "seed: there 0, asked for 1" in capsys.readouterr().err
+
+
+def test_a_data_set_with_numbers_drawn_is_flown_with_them(monkeypatch):
+    monkeypatch.setattr(assumed_numbers, "GROUP", 1)
+    settings = Settings.load(SYSTEM)
+    rows = make_data.Part(SYSTEM, "train", 0, 0, 2, "random").fly(settings)
+    for row, scenario in zip(rows, make_data.scenarios(SYSTEM, "train", 0, 0, 2), strict=True):
+        flight, _ = assumed_numbers.drawn(Flight(SYSTEM, settings), scenario.seed)
+        alone = dataclasses.replace(scenario, system=flight.system)
+        outcomes, seen = fly_and_look([alone], flight.settings, stop_at_trigger=False)
+        (expected,) = data_set.rows(row["number"], [scenario], outcomes, seen)
+        assert np.array_equal(row.pop("features"), expected.pop("features"))
+        assert row == expected
+    as_described = make_data.Part(SYSTEM, "train", 0, 0, 2).fly(settings)
+    assert [row["fuel_kg"] for row in as_described] != [row["fuel_kg"] for row in rows]
 
 
 def test_a_micrometre_at_the_trigger_changes_the_capture_and_nothing_before(monkeypatch):

@@ -7,18 +7,21 @@ import dataclasses
 import functools
 import sys
 import time
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
+
+import numpy as np
 
 from tethernet_core import atomic_file
 from tethernet_core.subcommand import Parser, Subcommand, whole_number
 from tethernet_core.system import System
 from tethernet_core.system.option import add_system, chosen_system
-from tethernet_learning import run_folder, workers
+from tethernet_learning import assumed_numbers, run_folder, workers
 from tethernet_learning.data import data_set
 from tethernet_learning.data.spread import random_offsets
 from tethernet_learning.data.trigger import fly_and_look
-from tethernet_learning.flight_settings import settings_fingerprint
+from tethernet_learning.flight_settings import Flight, settings_fingerprint
 from tethernet_learning.paper_figures import PAPER
 from tethernet_learning.random_scenarios import random_scenarios
 from tethernet_learning.run_progress import Progress
@@ -26,7 +29,7 @@ from tethernet_learning.seeds import Purpose, generators
 from tethernet_planner.inference import model_file
 from tethernet_planner.inference.model_file import MadeFor
 from tethernet_sim.fly import Settings
-from tethernet_sim.scenario import Scenario
+from tethernet_sim.scenario import Outcome, Scenario
 
 SPLITS = {"train": Purpose.SURROGATE_TRAINING, "test": Purpose.SURROGATE_TEST}
 TRAIN_COUNT = 2790
@@ -67,12 +70,28 @@ class Part:
     begin: int
     """Number of the first."""
     count: int
+    assumed: str = assumed_numbers.AS_DESCRIBED
+    """One of :data:`.assumed_numbers.CHOICES`."""
 
     def fly(self, settings: Settings) -> list[dict[str, Any]]:
         """The rows of the table."""
-        flown = scenarios(self.system, self.split, self.seed, self.begin, self.count)
-        outcomes, seen = fly_and_look(flown, settings, stop_at_trigger=False)
-        return data_set.rows(self.begin, flown, outcomes, seen)
+        wanted = scenarios(self.system, self.split, self.seed, self.begin, self.count)
+        flown: dict[int, tuple[Outcome, np.ndarray | None]] = {}
+        for numbers, with_system, with_settings in self._flights(wanted, settings):
+            group = [dataclasses.replace(wanted[number], system=with_system) for number in numbers]
+            outcomes, seen = fly_and_look(group, with_settings, stop_at_trigger=False)
+            flown.update(zip(numbers, zip(outcomes, seen, strict=True), strict=True))
+        in_order = [flown[number] for number in range(len(wanted))]
+        return data_set.rows(self.begin, wanted, [outcome for outcome, _ in in_order], [row for _, row in in_order])
+
+    def _flights(self, wanted: list[Scenario], settings: Settings) -> Iterator[tuple[Sequence[int], System, Settings]]:
+        """Which scenarios are flown together, by their numbers, and how."""
+        if self.assumed != assumed_numbers.RANDOM:
+            yield range(len(wanted)), self.system, settings
+            return
+        for numbers, seed in assumed_numbers.groups(wanted):
+            flight, _ = assumed_numbers.drawn(Flight(self.system, settings), seed)
+            yield numbers, flight.system, flight.settings
 
 
 def make(
@@ -84,6 +103,7 @@ def make(
     settings: Settings,
     about: dict[str, Any],
     cluster: str | None = None,
+    assumed: str = assumed_numbers.AS_DESCRIBED,
 ) -> Path:
     """Fly one split, part by part; parts that are there already are kept.
 
@@ -96,6 +116,7 @@ def make(
         settings: of the flights.
         about: facts for the file's head.
         cluster: see :func:`tethernet_learning.workers.run`.
+        assumed: one of :data:`.assumed_numbers.CHOICES`.
 
     Returns:
         The file with all of it.
@@ -110,7 +131,7 @@ def make(
     parts.mkdir(exist_ok=True)
     form = data_set.schema(system, {**about, "split": split, "count": count})
     files = {
-        parts / f"{begin:06d}.parquet": Part(system, split, seed, begin, min(PART, count - begin))
+        parts / f"{begin:06d}.parquet": Part(system, split, seed, begin, min(PART, count - begin), assumed)
         for begin in range(0, count, PART)
     }
     missing = [file for file in files if not file.exists()]
@@ -134,7 +155,12 @@ def run(options: argparse.Namespace) -> None:
     settings = Settings.load(system)
     train = PAPER[system.name].train_scenarios if system.name in PAPER else TRAIN_COUNT
     counts = {"train": train if options.train is None else options.train, "test": options.test}
-    facts = {**MadeFor.of(system).as_json(), "seed": options.seed, "flight_parameters": settings_fingerprint(settings)}
+    facts = {
+        **MadeFor.of(system).as_json(),
+        "seed": options.seed,
+        "assumed": options.assumed,
+        "flight_parameters": settings_fingerprint(settings),
+    }
     run_folder.claim(options.output, {"command": "make_data", **facts, "counts": counts})
     about = {
         **facts,
@@ -144,7 +170,9 @@ def run(options: argparse.Namespace) -> None:
     }
     for split, count in counts.items():
         began = time.monotonic()
-        file = make(options.output, system, split, count, options.seed, settings, about, options.cluster)
+        file = make(
+            options.output, system, split, count, options.seed, settings, about, options.cluster, options.assumed
+        )
         captures = data_set.read(file)
         share = captures.failures / captures.scenarios
         lost = int((~captures.captured).sum())
@@ -164,6 +192,11 @@ def _add_arguments(parser: Parser) -> None:
     add("--train", type=whole_number(1), metavar="N", help=f"training scenarios, default the paper's, or {TRAIN_COUNT}")
     add("--test", type=whole_number(1), default=TEST_COUNT, metavar="N", help=f"test scenarios, default {TEST_COUNT}")
     add("--seed", type=whole_number(0), default=0, metavar="N", help="of the data set, default 0")
+    add(
+        "--assumed", choices=assumed_numbers.CHOICES, default=assumed_numbers.AS_DESCRIBED,
+        help="numbers that nobody has measured: as described (default), or drawn at random for every "
+        f"{assumed_numbers.GROUP} scenarios",
+    )  # fmt: skip
     add("--cluster", metavar="ADDRESS", help=workers.HELP)
 
 
