@@ -4,6 +4,8 @@ import sys
 import textwrap
 import time
 
+import pytest
+
 from tethernet_bringup.mission import shared_memory
 
 DEADLINE_S = 20.0
@@ -67,6 +69,28 @@ def test_a_segment_made_at_once_is_not_too_old(tmp_path, monkeypatch):
         made.touch()
         until(lambda made=made, began_s=began_s: made.name in shared_memory.made_since(began_s), "it is not found")
         time.sleep(0.0007)
+
+
+def test_what_was_made_just_now_is_waited_for_unless_somebody_owns_it(tmp_path, monkeypatch):
+    """A node that is killed while it joins leaves what nobody has noted and what is too young to be judged."""
+    monkeypatch.setattr(shared_memory, "FOLDER", tmp_path)
+    monkeypatch.setattr(shared_memory, "YOUNG_S", 0.5)
+    began_s = time.time()
+    port, living = tmp_path / "fastrtps_port7415", tmp_path / "fastrtps_port7417"
+    for path in (port, living):
+        for name in (path.name, f"{path.name}_el", f"sem.{path.name}_mutex"):
+            (tmp_path / name).touch()
+    with (tmp_path / f"{living.name}_el").open("w") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        assert shared_memory.clean(shared_memory.left_since(began_s)) == [], "it might be one of another mission"
+        assert shared_memory.clean_with_the_young([], began_s) == [port.name]
+        assert {path.name for path in tmp_path.iterdir()} == {
+            living.name, f"{living.name}_el", f"sem.{living.name}_mutex"
+        }  # fmt: skip
+        # What is owned is waited for by nobody.
+        monkeypatch.setattr(shared_memory.time, "sleep", lambda s: pytest.fail("there is nothing to wait for"))
+        living.touch()
+        assert shared_memory.clean_with_the_young([], began_s) == []
 
 
 def test_a_lock_without_its_segment_is_swept_too(tmp_path, monkeypatch):

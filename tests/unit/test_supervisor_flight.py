@@ -40,6 +40,9 @@ class Crew:
     def stand_by(self):
         pass
 
+    def clean_up(self):
+        pass
+
     def call_off(self):
         pass
 

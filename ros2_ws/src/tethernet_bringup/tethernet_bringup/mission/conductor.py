@@ -6,7 +6,6 @@ import time
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
-from tethernet_bringup.mission import shared_memory
 from tethernet_bringup.mission.assembly import Assembly
 from tethernet_bringup.mission.flight_plan import FlightPlan
 from tethernet_bringup.mission.interrupts import Interrupts, MissionInterrupt
@@ -66,7 +65,6 @@ class Flight:
         self._join = join
         self._watch = MissionWatch(plan, supervisor, interrupts, record, display)
         self._assembly = Assembly(plan, supervisor, self._watch, record, display)
-        self._joining = False
         self._launched_at: float | None = None
         self._memory_due: float | None = None
 
@@ -79,7 +77,6 @@ class Flight:
             self._interrupts.check()
             self._assembly.claim_domain()
             self._supervisor.start_all(self._plan.processes)  # they import what they need while this process looks
-            self._joining = True
             self._watch.monitor = self._join(self._record)
             self._assembly.look_around()
             self._supervisor.let_in()
@@ -109,10 +106,9 @@ class Flight:
         if self._watch.monitor is not None:
             self._watch.monitor.close(status)
             self._watch.monitor = None
-            self._supervisor.clean()  # saying goodbye to a node that was killed makes its segments anew
-        elif self._joining:
-            time.sleep(shared_memory.YOUNG_S)  # the middleware came no further than half a port
-            self._supervisor.clean()
+        # Saying goodbye to a node that was killed makes its segments anew; the middleware may have come no further than
+        # half a port, here or in a node that was killed while it joined.
+        self._supervisor.clean_up()
         self._supervisor.call_off()
 
     def _launch(self) -> None:

@@ -37,7 +37,7 @@ def held_by(pids: Iterable[int]) -> set[str]:
     return names
 
 
-def made_since(time_s: float) -> set[str]:
+def made_since(time_s: float, least_age_s: float | None = None) -> set[str]:
     """Names of this user's segments and domain ports that were made after a time, and not just now.
 
     Where a process was killed before anybody noted its segment, or came no further than half a port for want of file
@@ -45,8 +45,10 @@ def made_since(time_s: float) -> set[str]:
 
     Args:
         time_s: seconds since the epoch.
+        least_age_s: what is younger is left out [s], by default :data:`YOUNG_S`.
     """
     found = set()
+    newest_s = time.time() - (YOUNG_S if least_age_s is None else least_age_s)
     for path in FOLDER.glob("fastrtps_*"):
         name = _NAME.search(f"/{path.name}")
         try:
@@ -54,7 +56,7 @@ def made_since(time_s: float) -> set[str]:
         except OSError:  # gone meanwhile
             continue
         ours = name and (name[2] is None or int(name[2]) >= _FIRST_DOMAIN_PORT) and there.st_uid == os.getuid()
-        if ours and time_s - _TICK_S < there.st_ctime < time.time() - YOUNG_S:
+        if ours and time_s - _TICK_S < there.st_ctime < newest_s:
             found.add(path.name)
     return found
 
@@ -91,14 +93,7 @@ def clean(names: Iterable[str]) -> list[str]:
     Returns:
         The names of the segments removed.
     """
-    # A node's goodbye to one that was killed may make a lock's file anew, and nothing else.
-    left = {name for name in names if any(path.exists() for path in _files(name))}
-    if not left:
-        return []
-    # This process may still map what belonged to the dead; what it owns itself is locked.
-    others = {int(entry.name) for entry in Path("/proc").iterdir() if entry.name.isdigit()} - {os.getpid()}
-    left -= held_by(others)
-    removed = sorted(name for name in left if not _locked(name))
+    removed = sorted(_unheld(names))
     for name in removed:
         for path in _files(name):
             try:
@@ -106,6 +101,34 @@ def clean(names: Iterable[str]) -> list[str]:
             except OSError:  # another user's
                 continue
     return removed
+
+
+def clean_with_the_young(names: Iterable[str], time_s: float) -> list[str]:
+    """Remove those segments that nobody holds any more, and all that is left of the time since then; where something
+    was made just now and nobody seems to hold it, as by a node that was killed at once, wait until that is sure.
+
+    Args:
+        names: as of :func:`clean`.
+        time_s: as of :func:`left_since`.
+
+    Returns:
+        The names of the segments removed.
+    """
+    known = set(names)
+    if _unheld(made_since(time_s, -_TICK_S) - known - left_since(time_s)):
+        time.sleep(YOUNG_S + _TICK_S)
+    return clean(known | left_since(time_s))
+
+
+def _unheld(names: Iterable[str]) -> set[str]:
+    """Those of the segments of which something is there that no other process maps and none owns."""
+    # A node's goodbye to one that was killed may make a lock's file anew, and nothing else.
+    left = {name for name in names if any(path.exists() for path in _files(name))}
+    if not left:
+        return left
+    # This process may still map what belonged to the dead; what it owns itself is locked.
+    others = {int(entry.name) for entry in Path("/proc").iterdir() if entry.name.isdigit()} - {os.getpid()}
+    return {name for name in left - held_by(others) if not _locked(name)}
 
 
 def _files(name: str) -> list[Path]:

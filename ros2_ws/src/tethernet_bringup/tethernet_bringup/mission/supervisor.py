@@ -222,6 +222,10 @@ class Supervisor:
         """Remove the shared memory that killed nodes left; again whenever this process has talked to them since."""
         shared_memory.clean(self._segments | shared_memory.left_since(self._began_s))
 
+    def clean_up(self) -> None:
+        """The same for good, when all nodes have ended: what a node made in its last second is waited for."""
+        shared_memory.clean_with_the_young(self._segments, self._began_s)
+
     def stand_by(self) -> None:
         """From now on, until :meth:`call_off`, let what is left be removed even where this process is killed after its
         nodes have ended.
