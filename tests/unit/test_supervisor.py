@@ -34,6 +34,16 @@ STUBBORN = """
     while True:
         time.sleep(0.1)
 """
+SCHEDULED = """
+    import os, signal, sys, threading
+    from pathlib import Path
+    found = [os.sched_getscheduler(0)]
+    thread = threading.Thread(target=lambda: found.append(os.sched_getscheduler(0)))
+    thread.start()
+    thread.join()
+    Path(sys.argv[1]).write_text(" ".join(map(str, found)))
+    signal.pause()
+"""
 DYING = """
     import sys
     print("ready", flush=True)
@@ -61,7 +71,7 @@ def gone(pid):
 def modules(tmp_path, monkeypatch):
     folder = tmp_path / "modules"
     folder.mkdir()
-    for name, source in (("polite", POLITE), ("stubborn", STUBBORN), ("dying", DYING)):
+    for name, source in (("polite", POLITE), ("stubborn", STUBBORN), ("dying", DYING), ("scheduled", SCHEDULED)):
         (folder / f"{name}.py").write_text(textwrap.dedent(source))
     monkeypatch.setenv("PYTHONPATH", os.pathsep.join([str(folder), os.environ.get("PYTHONPATH", "")]))
     return folder
@@ -287,3 +297,11 @@ def test_a_node_that_is_stopped_while_python_starts_says_nothing(crew, number):
     assert signal.pthread_sigmask(signal.SIG_BLOCK, ()) == set(), "the supervisor itself holds nothing back"
     until(lambda: crew.deaths() == [] and not crew.pids, "not all have ended")
     assert {crew.tail(f"node{index}") for index in range(8)} <= {(), ("ready",), ("ready", "closing")}
+
+
+def test_the_threads_of_a_batch_process_interrupt_nobody_and_those_of_others_do(crew, tmp_path):
+    for name, batch in (("recorder", True), ("sim", False)):
+        crew.start(NodeProcess(name, "scheduled", batch=batch, arguments=(str(tmp_path / name),)))
+    for name, expected in (("recorder", os.SCHED_BATCH), ("sim", os.SCHED_OTHER)):
+        until(lambda name=name: (tmp_path / name).exists() and (tmp_path / name).read_text(), name)
+        assert (tmp_path / name).read_text() == f"{expected} {expected}", name

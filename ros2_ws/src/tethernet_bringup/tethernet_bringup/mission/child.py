@@ -12,6 +12,7 @@ nodes that hang. So not even ``kill -9`` of the supervisor leaves a node behind,
 from __future__ import annotations
 
 import atexit
+import contextlib
 import gc
 import os
 import runpy
@@ -69,6 +70,8 @@ class Surroundings:
     """Its environment variables."""
     began_s: float
     """When the supervisor began, before any process of the mission made shared memory: seconds since the epoch."""
+    batch: bool = False
+    """Whether its threads interrupt nobody when they are woken."""
 
 
 def fork(name: str, module: str, arguments: Sequence[str], surroundings: Surroundings) -> ForkedProcess:
@@ -144,6 +147,9 @@ def _settle(surroundings: Surroundings) -> None:
     for entry in reversed(surroundings.environment.get(SEARCH_PATHS[0], "").split(os.pathsep)):
         if entry and entry not in sys.path:
             sys.path.insert(0, entry)
+    if surroundings.batch and os.sched_getscheduler(0) == os.SCHED_OTHER:  # else the user wants something else
+        with contextlib.suppress(OSError):  # a sandbox may forbid it; the mission flies as well, only slower
+            os.sched_setscheduler(0, os.SCHED_BATCH, os.sched_param(0))  # threads that it starts inherit it
     close_gate(_STREAMS)
     quiet_start()
     unblock_signals()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib
+import inspect
 from collections.abc import Mapping
 
 from tethernet_bringup.mission.parameters import MissionSetup
@@ -29,6 +30,7 @@ def prepare_forking(folder: RunFolder) -> None:
     """
     for module in _SHARED:
         importlib.import_module(module)
+    inspect.getmodule(inspect.currentframe())  # looks up the files of all modules, as the first log line of a node does
     keep_system(str(folder.system))
 
 
@@ -36,6 +38,10 @@ def mission_processes(
     setup: MissionSetup, folder: RunFolder, viewer: Mapping[str, str] | None = None
 ) -> tuple[NodeProcess, ...]:
     """The processes in the order in which they are started: the slowest first.
+
+    In lock-step everybody waits for the simulator, and the simulator for everybody. It tells all units of a tick, one
+    after the other: were each to interrupt it as soon as it is told, two cores would change hands some hundred times
+    in a tick. So all but the two that a tick waits for last, simulator and planner, are batch processes there.
 
     Args:
         setup: what is flown.
@@ -47,16 +53,19 @@ def mission_processes(
     def ros(name: str, *more: str) -> tuple[str, ...]:
         return ("--ros-args", "-r", f"__node:={name}", *common, *more)
 
+    lockstep = setup.scenario.pace == "lockstep"
     processes = []
     if setup.simulated:
         processes.append(NodeProcess(SIM, "tethernet_sim.ros.sim_node", arguments=ros(SIM)))
     processes += [
-        NodeProcess(ASSESSOR, "tethernet_planner.assessor_node", arguments=ros(ASSESSOR)),
-        NodeProcess(RECORDER, "tethernet_bringup.recorder.recorder_node", last=True, arguments=ros(RECORDER)),
+        NodeProcess(ASSESSOR, "tethernet_planner.assessor_node", batch=lockstep, arguments=ros(ASSESSOR)),
+        NodeProcess(
+            RECORDER, "tethernet_bringup.recorder.recorder_node", last=True, batch=lockstep, arguments=ros(RECORDER)
+        ),
         NodeProcess(PLANNER, "tethernet_planner.planner_node", arguments=ros(PLANNER)),
     ]
     # In lock-step a slow machine halts the mission's time too: no reason for a controller to think its odometry lost.
-    factor = 20.0 if setup.scenario.pace == "lockstep" else 1.0
+    factor = 20.0 if lockstep else 1.0
     for mu in range(1, setup.system.unit_count + 1):
         name = controller(mu)
         processes.append(
@@ -64,6 +73,7 @@ def mission_processes(
                 name,
                 "tethernet_control.controller_node",
                 essential=False,
+                batch=lockstep,
                 arguments=ros(name, "-p", f"mu:={mu}", "-p", f"watchdog_wall_factor:={factor}"),
             )
         )

@@ -62,6 +62,8 @@ class NodeProcess:
     """Whether it ends after all others: the recorder."""
     bystander: bool = False
     """Whether the mission does as well without it, from its start on: the viewer."""
+    batch: bool = False
+    """Whether it interrupts nobody when it is woken: it runs as soon as a core is free (Linux: SCHED_BATCH)."""
     environment: Mapping[str, str] = field(default_factory=dict)
     """Environment variables in which it differs from the other nodes."""
     arguments: tuple[str, ...] = ()
@@ -169,7 +171,9 @@ class Supervisor:
             raise RuntimeError(f"{node.name} cannot be started: this supervisor has stopped; make another one")
         with self._log_path(node.name).open("wb") as log:
             environment = {**self._environment, **node.environment}
-            surroundings = child.Surroundings(self._pipe[0], log.fileno(), self._gate[0], environment, self._began_s)
+            surroundings = child.Surroundings(
+                self._pipe[0], log.fileno(), self._gate[0], environment, self._began_s, node.batch
+            )
             process = child.fork(node.name, node.module, node.arguments, surroundings)
         self._processes[node.name] = (node, process)
         if self._gate_open:
