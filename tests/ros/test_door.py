@@ -2,6 +2,7 @@
 
 import ast
 import copy
+import functools
 import json
 import math
 import random
@@ -64,11 +65,10 @@ class Fed:
         self.takers: dict[str, tuple[Check, Callable[[bytes], None]]] = {}
         self.published: list[tuple[str, object]] = []
         create, publish = rclpy.node.Node.create_subscription, Publisher.publish
-        subscribe = Door.subscribe
 
-        def remember(door, check, topic, *rest):
+        def remember(door, listen, check, topic, *rest):
             self.newest = check
-            subscribe(door, check, topic, *rest)
+            return listen(door, check, topic, *rest)
 
         def create_subscription(node, kind, topic, take, *rest, **options):
             if options.get("raw"):
@@ -81,7 +81,8 @@ class Fed:
             self.published.append((publisher.topic_name, copy.deepcopy(read)))
             publish(publisher, message)
 
-        monkeypatch.setattr(Door, "subscribe", remember)
+        for listen in (Door.subscribe, Door.poll):
+            monkeypatch.setattr(Door, listen.__name__, functools.partialmethod(remember, listen))
         monkeypatch.setattr(rclpy.node.Node, "create_subscription", create_subscription)
         monkeypatch.setattr(Publisher, "publish", record)
         arguments = [word for parameter in parameters for word in ("-p", parameter)]

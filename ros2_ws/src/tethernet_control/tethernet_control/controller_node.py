@@ -21,7 +21,6 @@ from typing import ClassVar
 
 from geometry_msgs.msg import WrenchStamped
 from rclpy.clock import Clock, ClockType
-from rclpy.node import Node
 
 from tethernet_control.controller import ZERO, MuController
 from tethernet_core.aiming import FALLBACK, nominal_aiming_points
@@ -36,6 +35,7 @@ from tethernet_ros.checks import MissionNews, PlanAnswer
 from tethernet_ros.conversions import Vector, point_message, set_stamp
 from tethernet_ros.door import Door
 from tethernet_ros.parameters import NODE_OPTIONS, declare
+from tethernet_ros.polled_group import PollingNode
 from tethernet_ros.qos import CONTROL, STATE
 from tethernet_ros.serialized import OdometrySample
 from tethernet_ros.template import Template
@@ -58,7 +58,7 @@ class ControllerIdentity:
     )
 
 
-class ControllerNode(Node):
+class ControllerNode(PollingNode):
     """Carries messages to and from one :class:`MuController`; decides nothing but what is about wall time.
 
     Wall time matters twice: the watchdog on odometry, and the bounded wait for the planner's service. The watchdog on
@@ -98,13 +98,18 @@ class ControllerNode(Node):
         self._status_publisher = door.publish(MuStatus, topics.mu_status(self._mu), STATE)
         self._planner = door.ask(PlanAimingPoints, topics.PLAN_AIMING_POINTS)
         door.subscribe(checks.mission_state(system), topics.MISSION_STATE, self._on_mission, STATE, self._on_drop)
-        door.subscribe(checks.HEARTBEAT, topics.PLANNER_HEARTBEAT, self._on_heartbeat, CONTROL, self._on_drop)
+        # It counts by odometry's stamps, so it is early enough with the next sample: to be woken by each would take as
+        # long as to answer one.
+        self._hear_heartbeats = door.poll(
+            checks.HEARTBEAT, topics.PLANNER_HEARTBEAT, self._on_heartbeat, CONTROL, self._on_drop
+        )
         odometry = checks.odometry(self._mu)
         door.subscribe(odometry, topics.mu_odometry(self._mu), self._on_odometry, CONTROL, self._on_drop)
         self.create_timer(self._period_s, self._on_wall_period, clock=Clock(clock_type=ClockType.STEADY_TIME))
         self._publish_status()
 
     def _on_odometry(self, sample: OdometrySample) -> None:
+        self._hear_heartbeats()
         controller, stamp_ns = self._controller, sample.stamp_ns
         mode, resets = controller.mode, controller.statistics.clock_resets
         thrust = controller.on_odometry(stamp_ns, sample.position, sample.velocity)
@@ -143,6 +148,7 @@ class ControllerNode(Node):
         self._thrust_publisher.publish_template(self._thrust)
 
     def _on_mission(self, news: MissionNews) -> None:
+        self._hear_heartbeats()
         controller, mission = self._controller, news.mission
         led_by, refused = controller.mission.mission_id, controller.refused_states
         if not controller.take_mission(mission):
@@ -205,6 +211,7 @@ class ControllerNode(Node):
         self._publish_status()
 
     def _on_wall_period(self) -> None:
+        self._hear_heartbeats()
         now = time.monotonic()
         if self._plan_deadline_s < math.inf:
             self._ask_planner()

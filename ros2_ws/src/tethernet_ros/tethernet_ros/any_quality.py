@@ -11,9 +11,11 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
+from rclpy.callback_groups import CallbackGroup
 from rclpy.event_handler import QoSRequestedIncompatibleQoSInfo, SubscriptionEventCallbacks
 from rclpy.node import Node
 from rclpy.qos import QoSDurabilityPolicy, QoSProfile, QoSReliabilityPolicy
+from rclpy.subscription import Subscription
 
 from tethernet_ros.well_formed import Message
 
@@ -34,8 +36,14 @@ def quality_text(qos: QoSProfile) -> str:
 
 
 def subscribe(
-    node: Node, kind: type[Message], topic: str, callback: Callable[[Any], None], qos: QoSProfile, raw: bool = False
-) -> None:
+    node: Node,
+    kind: type[Message],
+    topic: str,
+    callback: Callable[[Any], None],
+    qos: QoSProfile,
+    raw: bool = False,
+    group: CallbackGroup | None = None,
+) -> Callable[[], Subscription]:
     """Subscribe so that every publisher of the topic is heard.
 
     Args:
@@ -45,19 +53,25 @@ def subscribe(
         callback: gets each message, or its bytes.
         qos: what is asked of publishers, as long as all of them offer it.
         raw: whether the callback gets bytes.
+        group: of the subscription; None for the node's own.
+
+    Returns:
+        Gives the subscription that hears all.
     """
     replaced = False
+    heard: Subscription
 
     def take(message: Any) -> None:
         if not replaced:  # else a publisher that offers enough would be heard twice
             callback(message)
 
     def on_incompatible(_: QoSRequestedIncompatibleQoSInfo) -> None:
-        nonlocal replaced
+        nonlocal replaced, heard
         if not replaced:
             replaced = True
             node.get_logger().info(f"a publisher of {topic} offers less than asked for: all are heard as they come")
-            node.create_subscription(kind, topic, callback, undemanding(qos), raw=raw)
+            heard = node.create_subscription(kind, topic, callback, undemanding(qos), callback_group=group, raw=raw)
 
     events = SubscriptionEventCallbacks(incompatible_qos=on_incompatible)
-    node.create_subscription(kind, topic, take, qos, raw=raw, event_callbacks=events)
+    heard = node.create_subscription(kind, topic, take, qos, callback_group=group, raw=raw, event_callbacks=events)
+    return lambda: heard

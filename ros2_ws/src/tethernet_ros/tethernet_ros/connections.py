@@ -17,6 +17,7 @@ from std_srvs.srv import Trigger
 from tethernet_core.shown import SHORT, shown
 from tethernet_ros.checks import trigger_request
 from tethernet_ros.door import Door
+from tethernet_ros.polled_group import all_subscriptions
 from tethernet_ros.well_formed import MessageError
 
 _LONGEST_TEXT = 100_000  # [characters] of an answer; a recorder's, with all topics of 8 MUs, has 1500
@@ -46,7 +47,7 @@ def serve_connections(node: Node) -> None:
         content = {
             "pid": os.getpid(),
             "subscribers": {out.topic_name: out.get_subscription_count() for out in node.publishers},
-            "publishers": {heard.topic_name: heard.get_publisher_count() for heard in node.subscriptions},
+            "publishers": {heard.topic_name: heard.get_publisher_count() for heard in all_subscriptions(node)},
         }
         response.success, response.message = True, json.dumps(content)
         return response

@@ -27,6 +27,7 @@ from rclpy.task import Future
 from tethernet_core.shown import LONG, SHORT, shown
 from tethernet_ros import any_quality
 from tethernet_ros.checks import Check
+from tethernet_ros.polled_group import PolledGroup
 from tethernet_ros.qos import SERVICE
 from tethernet_ros.template import Template
 from tethernet_ros.well_formed import Message, MessageError, not_finite
@@ -101,7 +102,43 @@ class Door:
             qos: quality of service that is asked for as long as all publishers offer it.
             on_drop: called after each message that was dropped.
         """
+        take = self._taker(check, topic, callback, on_drop)
+        any_quality.subscribe(self._node, check.kind, topic, take, qos, raw=True)
 
+    def poll(
+        self,
+        check: Check[Checked],
+        topic: str,
+        callback: Callable[[Checked], None],
+        qos: QoSProfile,
+        on_drop: Callable[[], None] | None = None,
+    ) -> Callable[[], None]:
+        """The same for what need not be heard at once: no message wakes the node, which must be a
+        :class:`.polled_group.PollingNode`.
+
+        Returns:
+            Hands the callback what has come since the last time, the oldest first, at most as many as ``qos`` keeps.
+        """
+        take = self._taker(check, topic, callback, on_drop)
+        group = PolledGroup(events=True)
+        heard = any_quality.subscribe(self._node, check.kind, topic, take, qos, raw=True, group=group)
+
+        def look() -> None:
+            for _ in range(qos.depth):
+                taken = heard().handle.take_message(check.kind, True)
+                if taken is None:
+                    return
+                take(taken[0])
+
+        return look
+
+    def _taker(
+        self,
+        check: Check[Checked],
+        topic: str,
+        callback: Callable[[Checked], None],
+        on_drop: Callable[[], None] | None,
+    ) -> Callable[[bytes], None]:
         def take(data: bytes) -> None:
             try:
                 if len(data) > check.largest_bytes:
@@ -112,7 +149,7 @@ class Door:
                 if on_drop is not None:
                     on_drop()
 
-        any_quality.subscribe(self._node, check.kind, topic, take, qos, raw=True)
+        return take
 
     def publish(self, kind: type[Message], topic: str, qos: QoSProfile) -> GuardedPublisher:
         """A publisher that lets no number out that is not finite."""

@@ -8,29 +8,16 @@ from __future__ import annotations
 
 from typing import Generic, TypeVar
 
-from rclpy.callback_groups import CallbackGroup
 from rclpy.node import Node
 from rclpy.qos import QoSProfile
 
 from tethernet_ros.checks import Check
 from tethernet_ros.door import Door
+from tethernet_ros.polled_group import PolledGroup
 from tethernet_ros.qos import NEWEST
 from tethernet_ros.well_formed import MessageError
 
 Checked = TypeVar("Checked")
-
-
-class PolledGroup(CallbackGroup):
-    """For subscriptions that are looked into by hand: an executor that answers for the parameters leaves them alone."""
-
-    def can_execute(self, entity: object) -> bool:
-        return False
-
-    def beginning_execution(self, entity: object) -> bool:
-        return False
-
-    def ending_execution(self, entity: object) -> None:
-        return
 
 
 class Polled(Generic[Checked]):

@@ -8,7 +8,6 @@ from collections.abc import Callable, Collection, Iterable, Mapping
 
 import rclpy
 from nav_msgs.msg import Odometry
-from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 from rclpy.task import Future
 from std_srvs.srv import Trigger
@@ -29,6 +28,7 @@ from tethernet_ros.checks import MissionNews
 from tethernet_ros.connections import service_name
 from tethernet_ros.door import Asker, Door
 from tethernet_ros.executor import LEAVE_S, make_executor
+from tethernet_ros.polled_group import PollingNode
 from tethernet_ros.well_formed import MessageError
 
 
@@ -44,7 +44,7 @@ class Monitor:
         # Signals stay with the command: they end the mission in order, not this node.
         rclpy.init(args=["--ros-args", "--disable-external-lib-logs"], signal_handler_options=SignalHandlerOptions.NO)
         self._record = record
-        self._node = Node(MONITOR, start_parameter_services=False)
+        self._node = PollingNode(MONITOR, start_parameter_services=False)
         self._executor = make_executor()
         self._executor.add_node(self._node)
         self._door = Door(self._node)
@@ -54,8 +54,11 @@ class Monitor:
         subscribe(checks.mission_state(system), topics.MISSION_STATE, self._on_state, qos.STATE_BACKLOG)
         subscribe(checks.assessment(system), topics.CAPTURE_ASSESSMENT, self._on_assessment, qos.STATE_BACKLOG)
         subscribe(checks.sim_status(system), topics.SIM_STATUS, self._on_sim, qos.STATE)
-        for mu in range(1, system.unit_count + 1):
-            subscribe(checks.mu_status(mu), topics.mu_status(mu), self._on_status, qos.STATE)
+        # The newest accounts are looked at after each spin: to be woken by every one takes longer than to read it.
+        self._accounts = [
+            self._door.poll(checks.mu_status(mu), topics.mu_status(mu), self._on_status, qos.STATE)
+            for mu in range(1, system.unit_count + 1)
+        ]
 
     def close(self, status: int) -> None:
         """Leave the graph. Should the middleware hang in it for good, this process ends all the same.
@@ -80,6 +83,8 @@ class Monitor:
     def spin(self, timeout_s: float) -> None:
         """Handle what comes in for so long."""
         self._executor.spin_until_future_complete(Future(), timeout_sec=timeout_s)
+        for look in self._accounts:
+            look()
 
     def check_graph(self, endpoints: Iterable[Endpoint]) -> GraphCheck:
         """A comparison of the graph with what it should be."""

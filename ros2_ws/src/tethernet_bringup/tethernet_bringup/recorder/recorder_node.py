@@ -57,7 +57,7 @@ from tethernet_core.system import load_system
 from tethernet_ros import any_quality, qos, topics
 from tethernet_ros.executor import FAULT, STOPPED, USAGE, bound_the_end
 from tethernet_ros.parameters import NODE_OPTIONS, declare
-from tethernet_ros.polled import PolledGroup
+from tethernet_ros.polled_group import PolledGroup
 from tethernet_ros.start_gate import pass_gate
 
 _MOST_AT_ONCE = 2000  # messages of one topic before the others get their turn
