@@ -10,19 +10,16 @@ follow on which is up to who receives them. What others have written for people 
 from __future__ import annotations
 
 import functools
-import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Generic, NamedTuple, Protocol, TypeVar
 
-import numpy as np
-import numpy.typing as npt
 from geometry_msgs.msg import WrenchStamped
 from nav_msgs.msg import Odometry
 from std_msgs.msg import Header
 from std_srvs.srv import Trigger
 
-from tethernet_core.bounds import FARTHEST_M, FASTEST_M_S
+from tethernet_core.bounds import FARTHEST_M
 from tethernet_core.mission import Mission, Mode, Phase
 from tethernet_core.settings import HARDEST_TOW_N, LONGEST_HOLD_S
 from tethernet_core.shown import shown
@@ -32,6 +29,7 @@ from tethernet_msgs.msg import CaptureAssessment, MissionState, MuStatus, NetSta
 from tethernet_msgs.srv import PlanAimingPoints
 from tethernet_ros.conversions import Vector, coordinates, nanoseconds
 from tethernet_ros.field_checks import not_negative, one_of, within
+from tethernet_ros.net_state import NetMeasurement, NetStateReader
 from tethernet_ros.serialized import (
     OdometrySample,
     ThrustCommand,
@@ -43,7 +41,7 @@ from tethernet_ros.serialized import (
     thrust_command,
 )
 from tethernet_ros.topics import mu_frame
-from tethernet_ros.well_formed import Message, MessageError, check_stamp, check_well_formed
+from tethernet_ros.well_formed import Message, MessageError, check_well_formed
 
 
 class StampedMessage(Message, Protocol):
@@ -88,31 +86,6 @@ class MissionNews(NamedTuple):
     """Every reachable controller has echoed it."""
     message: MissionState
     """As it came, checked."""
-
-
-class NetMeasurement(NamedTuple):
-    """What a net state says; all in frame launch, unit 1 and node 1 of the net first."""
-
-    stamp_ns: int
-    """[ns]."""
-    center: Vector
-    """Centre of mass of the knots [m]."""
-    center_all: Vector | None
-    """Centre of mass of knots and units [m]; None where it is not known."""
-    knot_positions: npt.NDArray[np.float32]
-    """[m], float32, shape (N, 3)."""
-    knot_velocities: npt.NDArray[np.float32]
-    """[m/s], likewise."""
-    mu_positions: npt.NDArray[np.float32]
-    """[m], float32, shape (M, 3)."""
-    mu_velocities: npt.NDArray[np.float32]
-    """[m/s], likewise."""
-    locked: list[bool]
-    """One for each closing pair, in their order round the mouth."""
-    max_load_share: float
-    """Largest tension of any thread over its strength since launch [-]; NaN where it is not known."""
-    max_contact_force: float
-    """Largest force of contact on the debris since launch [N]; likewise."""
 
 
 class PlanRequest(NamedTuple):
@@ -241,39 +214,7 @@ def net_state(system: System) -> Check[NetMeasurement]:
     Args:
         system: whose net it must be.
     """
-    knots, mu_count, pairs = system.net.node_count, system.unit_count, system.closing.max_locked_pairs
-    shape = (0, 0) if system.net.grid is None else (system.net.grid.rows, system.net.grid.columns)
-
-    def read(data: bytes) -> NetMeasurement:
-        message = _decoded_in_frame(data, NetState)
-        if (message.rows, message.columns) != shape:
-            raise MessageError(
-                f"{message.rows} rows and {message.columns} columns; allowed: {shape[0]} and {shape[1]}, "
-                f"as system {system.name} has"
-            )
-        one_of("the number of locked", len(message.locked), (pairs,))
-        # The numbers are checked here and not with those of all messages: bounds find NaN too, in one look.
-        check_bounds(coordinates(message.center_of_mass), FARTHEST_M, "center_of_mass", "m")
-        check_bounds(coordinates(message.center_of_mass_all), FARTHEST_M, "center_of_mass_all", "m")
-        check_bounds((message.tether_length, message.tether_tension, 0.0), FARTHEST_M, "tether", "m and N")
-        for name in ("load_share", "max_load_share", "contact_force", "max_contact_force"):
-            if not 0.0 <= getattr(message, name) < math.inf:  # also catches NaN
-                raise MessageError(f"{name} is {getattr(message, name):g}; allowed: finite, 0 and more")
-        stamp = message.header.stamp
-        return NetMeasurement(
-            check_stamp(stamp.sec, stamp.nanosec),
-            coordinates(message.center_of_mass),
-            coordinates(message.center_of_mass_all) if message.center_of_mass_all_valid else None,
-            _rows(message, "knot_positions", knots, FARTHEST_M),
-            _rows(message, "knot_velocities", knots, FASTEST_M_S),
-            _rows(message, "mu_positions", mu_count, FARTHEST_M),
-            _rows(message, "mu_velocities", mu_count, FASTEST_M_S),
-            message.locked,
-            message.max_load_share if message.load_share_valid else math.nan,
-            message.max_contact_force if message.contact_force_valid else math.nan,
-        )
-
-    return Check(NetState, read, _LARGE)
+    return Check(NetState, NetStateReader(system).read, _LARGE)
 
 
 def sim_status(system: System) -> Check[SimStatus]:
@@ -372,29 +313,9 @@ def trigger_answer(message: Trigger.Response) -> tuple[bool, str]:
 
 def _sound(data: bytes, kind: type[Stamped], *texts: str) -> Stamped:
     """The message, well-formed and in frame launch; ``texts`` are for people and made fit to be seen."""
-    message = _decoded_in_frame(data, kind)
+    message = decoded(data, kind)
+    check_frame(message.header.frame_id, kind)
     check_well_formed(message)
     for name in texts:
         setattr(message, name, shown(getattr(message, name)))
     return message
-
-
-def _decoded_in_frame(data: bytes, kind: type[Stamped]) -> Stamped:
-    message = decoded(data, kind)
-    check_frame(message.header.frame_id, kind)
-    return message
-
-
-def _rows(message: NetState, name: str, count: int, limit: float) -> npt.NDArray[np.float32]:
-    """A flat array of the message as x y z rows, shape (count, 3).
-
-    Raises:
-        MessageError: for another length, numbers that are not finite, or beyond the limit.
-    """
-    flat = np.frombuffer(getattr(message, name), np.float32)
-    if len(flat) != 3 * count:
-        raise MessageError(f"{name} has {len(flat)} numbers; allowed: {3 * count}")
-    largest = np.abs(flat).max(initial=0.0)  # NaN where one is
-    if not largest <= limit:  # also catches NaN
-        raise MessageError(f"{name} reaches {largest:g}; allowed: finite, within {limit:g}")
-    return flat.reshape(-1, 3)

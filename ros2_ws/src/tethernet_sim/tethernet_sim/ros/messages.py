@@ -12,8 +12,8 @@ from tf2_msgs.msg import TFMessage
 
 from tethernet_core.settings import ControlParameters
 from tethernet_core.system import System
-from tethernet_msgs.msg import NetState
 from tethernet_ros import topics
+from tethernet_ros.net_state import blank_net_state
 from tethernet_ros.template import Template
 from tethernet_sim.loads import Loads
 from tethernet_sim.state import ATTITUDE, CHASER, DEBRIS, POSITION
@@ -80,24 +80,16 @@ class NetStateMessage:
         """Args:
         system: whose net it is.
         """
-        net, mus, pairs = system.net, system.unit_count, system.closing.max_locked_pairs
-        rows, columns = (0, 0) if net.grid is None else (net.grid.rows, net.grid.columns)
-        message = NetState(rows=rows, columns=columns, center_of_mass_all_valid=True, contact_force_valid=True)
-        message.header.frame_id = topics.FRAME
-        counts = {
-            "knot_positions": 3 * net.node_count, "knot_velocities": 3 * net.node_count, "mu_positions": 3 * mus,
-            "mu_velocities": 3 * mus,
-        }  # fmt: skip
-        for name, count in counts.items():
-            setattr(message, name, [0.0] * count)
-        message.locked = [False] * pairs
+        message = blank_net_state(system)
+        message.center_of_mass_all_valid = message.contact_force_valid = True
         template = self._template = Template(message)
         self._center = template.doubles("center_of_mass.x", 3)
         self._center_all = template.doubles("center_of_mass_all.x", 3)
         self._knots, self._knot_velocities, self._mus, self._mu_velocities = (
-            template.floats(f"{name}[0]", count).reshape(-1, 3) for name, count in counts.items()
+            template.floats(f"{name}[0]", len(getattr(message, name))).reshape(-1, 3)
+            for name in ("knot_positions", "knot_velocities", "mu_positions", "mu_velocities")
         )
-        self._locked = template.flags("locked[0]", pairs)
+        self._locked = template.flags("locked[0]", len(message.locked))
         self._tether = template.doubles("tether_length", 2)
         self._share_known, self._shares = template.flags("load_share_valid", 1), template.doubles("load_share", 2)
         self._contact = template.doubles("contact_force", 2)

@@ -149,7 +149,7 @@ class SimNode(Node):
         subscribe(checks.mission_state(self.system), topics.MISSION_STATE, self._on_mission, qos.STATE)
         subscribe(checks.HEARTBEAT, topics.PLANNER_HEARTBEAT, self._on_heartbeat, qos.CONTROL)
         for mu in self.mus:
-            take = functools.partial(self._on_thrust, mu)
+            take = functools.partial(self._on_thrust, mu, topics.mu_frame(mu))
             subscribe(checks.THRUST, topics.mu_thrust(mu), take, qos.CONTROL)
         for mu in self.external:
             follow = functools.partial(self._on_external, mu)
@@ -179,9 +179,8 @@ class SimNode(Node):
             raise MessageError(f"a heartbeat for {stamp_ns} ns, and the simulation is at {self.stamp_ns} ns")
         self._answered(PLANNER, stamp_ns)
 
-    def _on_thrust(self, mu: int, command: ThrustCommand) -> None:
+    def _on_thrust(self, mu: int, name: str, command: ThrustCommand) -> None:
         stamp_ns = command.stamp_ns
-        name = topics.mu_frame(mu)
         answered = name not in self.barrier.pending
         if self.lockstep and stamp_ns == self.stamp_ns and answered and name not in self.barrier.lost:
             return  # a watchdog's afterthought on a slow machine must not change what was already answered
