@@ -19,7 +19,7 @@
 #   make clean          removes the environment and all that was built
 
 PYTHON ?= python3
-BENCH ?= engine mission contact graph scale
+BENCH ?= engine mission contact net_contact graph scale
 BENCH_ARGS ?=
 EVALUATE_ARGS ?=
 PYTEST_ARGS ?=

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from tethernet_sim.engine import Commands, EdgeListEngine, Engine, GridEngine
+from tethernet_sim.kernels.crossings import RECORD
 from tethernet_sim.kernels.cylinder_body import CylinderBody
 from tethernet_sim.model import Arrays, Model, Numbers, grid_threads
 from tethernet_sim.state import State
@@ -28,6 +29,7 @@ def make_model(
     stiffness=STIFFNESS_N_M,
     center: int = -1,
     time_step: float = STEP_S,
+    net_contact: bool = False,
 ) -> Model:
     """A net with equal knots; units hang on the first nodes, or several on one; a debris far smaller than the net."""
     threads = np.asarray(threads, np.int64).reshape(-1, 2)
@@ -46,6 +48,7 @@ def make_model(
         friction=0.5, knot_radius=0.05, mu_radius=0.1, contact_damping_ratio=0.1, open_segments=0, half_longest=0.0,
         winch_speed=0.5, winch_tension=10.0, winch_stiffness=2500.0,
         joint_stiffness=1e3, joint_draw_in=0.1, joint_pull=50.0, docking_distance=0.3,
+        crossing_distance=0.005, crossing_stiffness=5e3, crossing_viscosity=2e-5, crossing_grip=100.0,
     )  # fmt: skip
     arrays = Arrays(
         knot_mass=masses[:nodes],
@@ -73,6 +76,7 @@ def make_model(
         segment_radius=np.zeros(0),
         segment_stiffness=np.zeros(0),
         inverse_mass=1.0 / masses,
+        crossing_threads=threads.copy() if net_contact else np.zeros((0, 2), np.int64),
     )
     debris = CylinderBody(mass=100.0, across=50.0, along=30.0, radius=0.4, half_length=0.5)
     return Model(numbers, arrays, debris, grid)
@@ -101,6 +105,8 @@ def flat_state(model: Model, positions: np.ndarray | None = None, debris=(0.0, 0
         mu_vel=np.zeros((batch, units, 3)),
         bodies=bodies,
         bristle=np.zeros((batch, model.contact_count, 3)),
+        crossed=np.zeros((batch, 0, RECORD)),
+        crossed_count=np.zeros(batch, np.int64),
         closing=np.zeros(batch, bool),
         tether_length=np.zeros(batch),
         pair_length=np.zeros((batch, pairs)),

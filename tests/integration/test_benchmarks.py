@@ -20,6 +20,7 @@ from tethernet_sim.scenario import Scenario
 ROOT = Path(__file__).resolve().parents[2]
 MISSION_COMMAND = f"{sys.executable} -m tethernet_bringup.mission.command_line"
 TIMEOUT_S = 240.0
+SYSTEMS = ("zenit_8mu", "zenit_4mu")
 
 
 def run(name: str, *words: str) -> subprocess.CompletedProcess[str]:
@@ -56,9 +57,17 @@ def test_mission():
 
 def test_contact():
     result = last_line(run("contact", "--smoke"), "contact")
-    for name in ("zenit_8mu", "zenit_4mu"):
+    for name in SYSTEMS:
         threads, knots = (result[f"whole_cpu_s_{contact}_{name}"] for contact in ("threads", "knots"))
         assert result[f"whole_ratio_{name}"] == pytest.approx(threads / knots, rel=2e-3), "of the one turn"
+
+
+def test_net_contact():
+    result = last_line(run("net_contact", "--smoke"), "net_contact")
+    assert {f"{part}_ratio_{name}" for part in ("whole", "deployment", "capture") for name in SYSTEMS} <= set(result)
+    assert 0.3 < result["whole_ratio_zenit_8mu"] < 10.0
+    assert result["passes_deployment_none_zenit_8mu"] >= 0
+    assert result["passes_capture_threads_zenit_8mu"] == 0, "a net that has just begun to unfold"
 
 
 def test_friction():

@@ -22,7 +22,10 @@ for rows, columns in ((2, 2), (3, 7), (7, 3), (8, 8), (4, 8), (23, 23), (2, 40),
     for units in (0, 1, 24):
         nodes = rows * columns
         pairs = [[0, nodes - 1], [1, nodes + units - 1]] if units else [[0, nodes - 1]]
-        model = grid_model(rows, columns, units=units, pairs=pairs, pair_winch=[0, -1][: len(pairs)], center=nodes // 2)
+        model = grid_model(
+            rows, columns, units=units, pairs=pairs, pair_winch=[0, -1][: len(pairs)], center=nodes // 2,
+            net_contact=units == 1 and nodes < 2000,
+        )
         for name, engine in ENGINES.items():
             # Amid the debris, everything taut: all lists are as long as they get.
             state = shaken(model, debris=(0.0, 0.0, 0.0))
@@ -35,6 +38,13 @@ for rows, columns in ((2, 2), (3, 7), (7, 3), (8, 8), (4, 8), (23, 23), (2, 40),
             fly(flown, state, 12 * STEP_S)
             assert np.isfinite(state.knot_pos).all()
             touched.add((name, int(state.contacts[0]) > 544))
+# A large net folded to a heap, with room for no contact at first.
+model = grid_model(100, 100, net_contact=True)
+state = shaken(model)
+state.knot_pos *= 0.04
+state.knot_pos += np.random.default_rng(0).normal(0.0, 0.02, state.knot_pos.shape)
+fly(ENGINES["grid"](model), state, 12 * STEP_S)
+assert state.crossed.shape[1] >= state.crossed_count[0] > 100
 # Nodes without order: loose threads beside blocks.
 number = np.random.default_rng(0).permutation(33 * 31)
 for threads in (number[grid_threads(33, 31)], number[grid_threads(33, 31)] // 3 * 3):

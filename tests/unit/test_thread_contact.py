@@ -13,6 +13,7 @@ from tethernet_sim import audit
 from tethernet_sim.debris import debris_body, surface_distance
 from tethernet_sim.engine import Commands, EdgeListEngine
 from tethernet_sim.fly import Settings, fly, fly_many
+from tethernet_sim.kernels.crossings import RECORD
 from tethernet_sim.model import Model, build_model
 from tethernet_sim.scenario import Scenario
 from tethernet_sim.stability import largest_step
@@ -46,7 +47,8 @@ def laid(model: Model, first, second, velocity, position=(0.0, 0.0, 0.0)) -> Sta
     return State(
         knot_pos=knots[None].copy(), knot_vel=np.repeat(np.array(velocity, float)[None, :, None], 2, axis=2),
         mu_pos=knots.T[None, model.arrays.mu_knot] + [0.0, 0.0, 0.4], mu_vel=np.zeros((1, units, 3)), bodies=bodies,
-        bristle=np.zeros((1, model.contact_count, 3)), closing=np.zeros(1, bool), tether_length=np.zeros(1),
+        bristle=np.zeros((1, model.contact_count, 3)), crossed=np.zeros((1, 0, RECORD)),
+        crossed_count=np.zeros(1, np.int64), closing=np.zeros(1, bool), tether_length=np.zeros(1),
         pair_length=np.zeros((1, 0)), locked=np.zeros((1, 0), bool), winch_length=np.zeros((1, 0)),
         contacts=np.zeros(1, np.int64),
     )  # fmt: skip

@@ -6,7 +6,7 @@ import numpy as np
 
 from tethernet_core.rotation import inverse, rotate
 from tethernet_sim.debris import body_rate, surface_distance
-from tethernet_sim.kernels import energy
+from tethernet_sim.kernels import crossing_energy, energy
 from tethernet_sim.model import Model
 from tethernet_sim.state import ATTITUDE, CHASER, DEBRIS, MOMENTUM, POSITION, VELOCITY, State
 
@@ -89,6 +89,8 @@ def elastic_energy(model: Model, state: State) -> np.ndarray:
             total[b] += energy.stored_in_collisions(
                 model.numbers, arrays, state.knot_pos[b], state.mu_pos[b], state.bodies[b, CHASER]
             )
+        touching = state.crossed[b, : state.crossed_count[b]]
+        total[b] += crossing_energy.stored(model.numbers, arrays, state.knot_pos[b], touching)
         debris = state.bodies[b, DEBRIS]
         local = rotate(inverse(debris[ATTITUDE])[None], position[b] - debris[POSITION])
         size = np.concatenate([np.full(model.numbers.knots, model.numbers.knot_radius), arrays.mu_radius])

@@ -12,9 +12,14 @@ import numpy as np
 
 from tethernet_sim import audit
 from tethernet_sim.fly import Settings, fly
+from tethernet_sim.kernels import crossing_energy
 from tethernet_sim.kernels import energy as book
 from tethernet_sim.scenario import Outcome, Scenario
 from tethernet_sim.world import World
+
+ROOM_PER_THREAD = 16
+"""Touching pairs of threads that a booked flight has room for, for each thread: steps that are booked are not flown
+again."""
 
 
 @dataclass(frozen=True)
@@ -30,7 +35,8 @@ class EnergyBalance:
     put_in: dict[str, float]
     """By thrusters, winches, and the motors that draw docked pairs in."""
     lost: dict[str, float]
-    """In the dampers of threads, tether, contact and joints, by friction, in winches that slip."""
+    """In the dampers of threads, tether, contact and joints, by friction, in winches that slip, in the contact of net
+    with net."""
 
     @property
     def all_in(self) -> float:
@@ -66,6 +72,7 @@ class Auditor:
     def attach(self, world: World) -> None:
         """Book all periods that ``world`` flies from now on; its first scenario is the one that is looked at."""
         self._booked = world
+        world.state.make_room(ROOM_PER_THREAD * len(world.model.arrays.crossing_threads))
         world.advance = self._fly_period  # type: ignore[method-assign]  # this one world, for as long as it is booked
         self._start = self._energies()
 
@@ -89,6 +96,7 @@ class Auditor:
                 "friction": float(row[book.FRICTION]),
                 "winches slipping": float(row[book.WINCH_SLIP]),
                 "joints": float(row[book.JOINTS]),
+                "net on net": float(row[crossing_energy.NET_CONTACT]),
             },
         )
 
@@ -112,5 +120,10 @@ class Auditor:
             self._ledger, world.model.numbers, world.model.arrays, world.engine.threads, world.model.debris,
             world.steps, thrust[0], world.external[0], world.target_pos[0], world.target_vel[0],
             world.chaser_force[0], s.knot_pos[0], s.knot_vel[0], s.mu_pos[0], s.mu_vel[0], s.bodies[0], s.bristle[0],
-            s.closing[0], s.pair_length[0], s.locked[0], s.winch_length[0], s.tether_length[0],
+            s.crossed[0], s.crossed_count, s.closing[0], s.pair_length[0], s.locked[0], s.winch_length[0],
+            s.tether_length[0],
         )  # fmt: skip
+        if s.crossed_count[0] > s.crossed.shape[1]:
+            raise ValueError(
+                f"{s.crossed_count[0]} pairs of threads touch each other; energy can be booked for {s.crossed.shape[1]}"
+            )

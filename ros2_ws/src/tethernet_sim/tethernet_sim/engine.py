@@ -80,15 +80,23 @@ class _KernelEngine:
         """See :meth:`Engine.advance`."""
         steps = self._steps(period)
         s, c = state, commands
+        flying = np.arange(s.batch) if chosen is None else chosen
 
         def fly(part: np.ndarray) -> None:
             step.advance(
                 self.model.numbers, self.model.arrays, self.threads, self.model.debris, steps, part, c.thrust,
                 c.external, c.target_pos, c.target_vel, c.chaser_force, s.knot_pos, s.knot_vel, s.mu_pos, s.mu_vel,
-                s.bodies, s.bristle, s.closing, s.pair_length, s.locked, s.winch_length, s.tether_length, s.contacts,
+                s.bodies, s.bristle, s.crossed, s.crossed_count, s.closing, s.pair_length, s.locked, s.winch_length,
+                s.tether_length, s.contacts,
             )  # fmt: skip
 
-        cores.share(fly, np.arange(s.batch) if chosen is None else chosen)
+        before = s.copy() if len(self.model.arrays.crossing_threads) else s
+        cores.share(fly, flying)
+        # Where more threads touch than there is room for, once more from the same state: with the same bits.
+        while len(full := flying[s.crossed_count[flying] > s.crossed.shape[1]]):
+            s.make_room(2 * int(s.crossed_count[full].max()))
+            s.take(before, full)
+            cores.share(fly, full)
 
     def begin_closing(self, state: State, index: int) -> None:
         """See :meth:`Engine.begin_closing`."""

@@ -7,8 +7,10 @@ from pathlib import Path
 
 from tethernet_core.parameters import ParameterError
 from tethernet_sim import cores
+from tethernet_sim.kernels.crossings import RECORD, room
 from tethernet_sim.model import Model
 from tethernet_sim.settings import THREADS
+from tethernet_sim.state import crossed_room
 
 SHARE = 0.5
 """Of the free memory that the scenarios of one process may take: others run beside it, and what observes a flight keeps
@@ -17,6 +19,8 @@ _DOUBLE = 8  # [bytes]
 _BODIES, _MU = 2 * 13, 64  # numbers of debris and chaser, and of a unit with its controller and its commands
 _WORK = 512
 """Work space of the kernels for each particle, thread and contact [bytes]: more than any of them allocates."""
+_PAIR = 320
+"""Of a pair of threads that are near each other [bytes], likewise."""
 _LIMITS = (
     (Path("/sys/fs/cgroup/memory.max"), Path("/sys/fs/cgroup/memory.current")),
     (Path("/sys/fs/cgroup/memory/memory.limit_in_bytes"), Path("/sys/fs/cgroup/memory/memory.usage_in_bytes")),
@@ -28,12 +32,14 @@ def scenario_bytes(model: Model) -> int:
     """State of one scenario, see :class:`~tethernet_sim.state.State`, and what its controllers keep [bytes]."""
     units, pairs = len(model.arrays.mu_knot), len(model.arrays.pairs)
     numbers = 2 * 3 * model.numbers.knots + _MU * units + _BODIES + 3 * model.contact_count + 2 * pairs
-    return _DOUBLE * (numbers + model.winch_threads)
+    return _DOUBLE * (numbers + model.winch_threads + crossed_room(model) * RECORD)
 
 
 def work_bytes(model: Model) -> int:
     """Work space of the kernels on one core, whatever the number of scenarios [bytes]."""
-    return _WORK * (len(model.arrays.inverse_mass) + len(model.arrays.threads) + model.contact_count)
+    crossing = len(model.arrays.crossing_threads)
+    pairs = _PAIR * room(crossing, crossed_room(model))
+    return pairs + _WORK * (len(model.arrays.inverse_mass) + len(model.arrays.threads) + model.contact_count + crossing)
 
 
 def flight_bytes(model: Model, scenarios: int) -> int:
@@ -101,6 +107,9 @@ def check_memory(model: Model, scenarios: int, name: str, allowed: int | None = 
     if len(model.arrays.segments):
         entries += f", physics.contact: {THREADS}, {model.contact_count} contacts with the parts of debris.shape"
         advice += ", contact of knots, or a shape of fewer parts"
+    if len(model.arrays.crossing_threads):
+        entries += f", physics.net_contact: {THREADS}"
+        advice += ", without contact of net with net"
     together = "" if scenarios == 1 else f" for {scenarios} scenarios together"
     raise ParameterError(
         f"system {name}: {entries}: {needed} bytes needed{together}; allowed: {allowed}, half of what is free; "

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from tethernet_core.system import System
+from tethernet_sim.crossing_threads import GRIP_SHARE, crossing_threads
 from tethernet_sim.settings import THREADS, PhysicsParameters
 from tethernet_sim.touching_threads import TouchingThreads, touching_threads
 
@@ -44,6 +45,10 @@ class Numbers(NamedTuple):
     joint_draw_in: float  # [m/s]; 0 where knots are locked
     joint_pull: float  # largest force of the motor that draws a joint in [N]
     docking_distance: float  # [m]
+    crossing_distance: float  # at which threads of the net touch each other [m]
+    crossing_stiffness: float  # of their contact [N/m]
+    crossing_viscosity: float  # its damping by its stiffness, and that of its friction [s]
+    crossing_grip: float  # stiffness of its friction [N/m]
 
 
 class Arrays(NamedTuple):
@@ -74,6 +79,7 @@ class Arrays(NamedTuple):
     segment_radius: np.ndarray  # (S,) [m]
     segment_stiffness: np.ndarray  # (S,) of its contact [N/m]
     inverse_mass: np.ndarray  # (N + M,) of each particle [1/kg]
+    crossing_threads: np.ndarray  # (X, 2) knots of the threads that touch each other, neighbours together; none: off
 
 
 class NetModel(NamedTuple):
@@ -170,6 +176,10 @@ def build_net_model(system: System, physics: PhysicsParameters) -> NetModel:
         joint_draw_in=closing.draw_in_m_s if docks else 0.0,
         joint_pull=closing.pull_n if docks else 0.0,
         docking_distance=closing.docking_distance_m,
+        crossing_distance=physics.net_contact_distance_m,
+        crossing_stiffness=physics.net_contact_stiffness_n_m,
+        crossing_viscosity=float((net.thread_damping / net.thread_stiffness).min(initial=np.inf)),
+        crossing_grip=GRIP_SHARE * physics.net_contact_stiffness_n_m if physics.friction_coefficient else 0.0,
     )
     # Copies, because a description's arrays cannot be written to, for which the kernels would be compiled once more.
     arrays = Arrays(
@@ -204,6 +214,7 @@ def build_net_model(system: System, physics: PhysicsParameters) -> NetModel:
         segment_radius=np.full(len(segments.ends), net.material.radius_m),
         segment_stiffness=physics.contact_stiffness_n_m * segments.share,
         inverse_mass=1.0 / masses,
+        crossing_threads=crossing_threads(system) if physics.net_contact == THREADS else np.zeros((0, 2), np.int64),
     )
     return NetModel(numbers, arrays)
 

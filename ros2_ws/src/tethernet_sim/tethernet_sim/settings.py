@@ -17,8 +17,8 @@ from tethernet_core.system import System
 _CONFIG = Path(__file__).parent / "config"
 
 
-KNOTS, THREADS = "knots", "threads"
-"""What of the net touches the debris."""
+NONE, KNOTS, THREADS = "none", "knots", "threads"
+"""What of the net touches the debris, or the net itself."""
 
 
 @dataclass(frozen=True)
@@ -55,6 +55,18 @@ class PhysicsParameters:
     friction_coefficient: float = parameter(
         "mu of the scaled-box friction, in each tangential direction [A]", low=0.0, high=2.0
     )
+    net_contact: str = parameter(
+        "What of the net touches the net: nothing, threads pass through threads; or threads", choices=(NONE, THREADS)
+    )
+    net_contact_distance_m: float = parameter(
+        "Threads of the net touch each other when their axes are so near; more than the two radii, so that none is "
+        "through in a step [A]",
+        unit="m", low=1e-4, high=0.05,
+    )  # fmt: skip
+    net_contact_stiffness_n_m: float = parameter(
+        "Compliant normal contact of two threads of the net; its damping by its stiffness is that of the threads [A]",
+        unit="N/m", low=1.0, high=1e6,
+    )  # fmt: skip
     joint_stiffness_n_m: float = parameter(
         "Stiffness of a docked or locked pair's joint [A]", unit="N/m", low=1.0, high=2e4
     )

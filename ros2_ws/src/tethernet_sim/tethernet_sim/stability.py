@@ -7,9 +7,9 @@ circle exactly if h^2 kappa + 2 h gamma < 4.
 
 K and C change with the net's shape. They are bounded here by what no shape exceeds: all threads taut and all along one
 line (collapsed meshes), every knot, and every thread where threads touch, pressed to the debris and stuck to it, every
-closing pair held by a joint and by the winch's thread. That is the Laplacian of a weighted graph plus a diagonal; its
-largest eigenvalue is that of the matrix of magnitudes, found by power iteration and bounded from above by Collatz and
-Wielandt.
+thread pressed on by others where the net touches itself, every closing pair held by a joint and by the winch's thread.
+That is the Laplacian of a weighted graph plus a diagonal; its largest eigenvalue is that of the matrix of magnitudes,
+found by power iteration and bounded from above by Collatz and Wielandt.
 """
 
 from __future__ import annotations
@@ -22,6 +22,7 @@ import numpy.typing as npt
 
 from tethernet_core.parameters import ParameterError
 from tethernet_core.system import System
+from tethernet_sim.crossing_threads import AT_ONCE
 from tethernet_sim.model import Model, NetModel, build_net_model
 from tethernet_sim.settings import PhysicsParameters
 
@@ -108,6 +109,7 @@ def largest_step(model: Model | NetModel) -> float:
     share = np.where(np.arange(knots + mus) < knots, 1.0, n.mu_contact_share)
     springs.to_ground(n.contact_stiffness * share, arrays.contact_damping)
     springs.to_ground(*_thread_contacts(model))
+    _add_crossings(model, springs)
     # The main tether is held by the chaser, the stand-ins of external MUs by their targets.
     held = np.zeros((2, knots + mus))
     if n.center_node >= 0:
@@ -141,6 +143,28 @@ def _thread_contacts(model: Model | NetModel) -> np.ndarray:
         held[0] += np.bincount(particle, arrays.segment_stiffness, len(masses))
         held[1] += np.bincount(particle, damping, len(masses))
     return held
+
+
+def _add_crossings(model: Model | NetModel, springs: Springs) -> None:
+    """Contact of net with net: :data:`~tethernet_sim.crossing_threads.AT_ONCE` threads on each.
+
+    A contact of stiffness k at the share s of a thread, along its normal n, holds the ends with at most
+    2 k ((1 - s) (n x_i)^2 + s (n x_j)^2), half of it each thread's. The normal is across the thread and the thread's
+    own spring K acts along it: for any direction of x_i and x_j both together are at most K (|x_i| + |x_j|)^2 while
+    all contacts together have 2 k <= K, and with 2 k in the place of K else; dampers likewise. Friction acts along the
+    thread too, and with the turning of all four ends (kernels/crossing_law.py) on them alike: 2 k on each.
+    """
+    numbers, arrays = model.numbers, model.arrays
+    if not len(arrays.crossing_threads):
+        return
+    together = 2.0 * AT_ONCE
+    pressing, grip = together * numbers.crossing_stiffness, together * numbers.crossing_grip
+    springs.between(
+        arrays.threads[:, 0], arrays.threads[:, 1], np.maximum(pressing - arrays.stiffness, 0.0),
+        np.maximum(pressing * numbers.crossing_viscosity - arrays.damping, 0.0),
+    )  # fmt: skip
+    threads = np.bincount(arrays.threads.ravel(), minlength=len(arrays.inverse_mass))
+    springs.to_ground(grip * threads, grip * numbers.crossing_viscosity * threads)
 
 
 def net_springs(model: Model | NetModel) -> Springs:

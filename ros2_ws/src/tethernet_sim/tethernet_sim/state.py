@@ -9,6 +9,7 @@ import numpy as np
 from tethernet_core.rotation import rotate
 from tethernet_core.system import System
 from tethernet_sim.debris import body_momentum
+from tethernet_sim.kernels.crossings import RECORD
 from tethernet_sim.model import Model
 from tethernet_sim.settings import PhysicsParameters
 
@@ -37,6 +38,10 @@ class State:
     """Tangential displacement of each contact since it stuck, debris body frame [m]: of each particle, then, where
     threads touch, of two points of each of S threads on each of Q parts of the debris.
     """
+    crossed: np.ndarray  # (B, C, 9)
+    """Pairs of threads of the net that touch each other, where they do: see RECORD of kernels.crossings."""
+    crossed_count: np.ndarray  # (B,) int64
+    """How many of these there are; C has room for more."""
     closing: np.ndarray  # (B,) bool
     """Closing has begun: tether locked, winches on, docking enabled."""
     tether_length: np.ndarray  # (B,)
@@ -55,9 +60,31 @@ class State:
         """Number of scenarios."""
         return len(self.closing)
 
+    def take(self, other: State, chosen: np.ndarray) -> None:
+        """Become as another state of the same model in some scenarios, with room for as many touching pairs as here.
+
+        Args:
+            other: no more room for touching pairs than here.
+            chosen: indices of the scenarios.
+        """
+        for f in fields(self):
+            if f.name != "crossed":
+                getattr(self, f.name)[chosen] = getattr(other, f.name)[chosen]
+        self.crossed[chosen, : other.crossed.shape[1]] = other.crossed[chosen]
+
+    def make_room(self, pairs: int) -> None:
+        """Have room for so many touching pairs of threads in each scenario, at least."""
+        more = np.zeros((self.batch, max(pairs - self.crossed.shape[1], 0), self.crossed.shape[2]))
+        self.crossed = np.concatenate([self.crossed, more], axis=1)
+
     def copy(self) -> State:
         """An independent copy."""
         return State(**{f.name: getattr(self, f.name).copy() for f in fields(self)})
+
+
+def crossed_room(model: Model) -> int:
+    """Touching pairs of threads that a state has room for at first."""
+    return (len(model.arrays.crossing_threads) + 3) // 4
 
 
 def initial_state(
@@ -98,6 +125,8 @@ def initial_state(
         mu_vel=np.zeros((batch, mus, 3)),
         bodies=bodies,
         bristle=np.zeros((batch, model.contact_count, 3)),
+        crossed=np.zeros((batch, crossed_room(model), RECORD)),
+        crossed_count=np.zeros(batch, np.int64),
         closing=np.zeros(batch, bool),
         tether_length=np.full(batch, physics.start_distance_m),
         pair_length=np.zeros((batch, pairs)),

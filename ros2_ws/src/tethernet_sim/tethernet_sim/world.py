@@ -28,8 +28,9 @@ def divergence(elapsed_s: float) -> str:
 class World:
     """B scenarios of one system, from the folded net to the closed mouth.
 
-    Not modelled: orbital dynamics (the motion lasts a minute), attitude of the MUs, contact of net with net and of
-    units with net, of threads with the chaser, friction of units with each other and of anything with the chaser.
+    Not modelled: orbital dynamics (the motion lasts a minute), attitude of the MUs, contact of units with net, of
+    threads with the chaser and, but as an option, of net with net, friction of units with each other and of anything
+    with the chaser.
     """
 
     def __init__(

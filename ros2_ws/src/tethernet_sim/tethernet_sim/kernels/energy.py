@@ -13,17 +13,18 @@ import math
 
 import numpy as np
 
-from tethernet_sim.kernels import collisions, contact, debris_body, thread_points
+from tethernet_sim.kernels import collisions, contact, crossing_energy, debris_body, thread_points
+from tethernet_sim.kernels.crossing_energy import WORK
 from tethernet_sim.kernels.options import entry_point, ieee
 from tethernet_sim.kernels.rigid_body import angular_rate, rotation_matrix
 from tethernet_sim.kernels.step import advance_scenario
 
-WORK, THRUST, WINCH_IN, JOINT_IN, THREADS, TETHER, CONTACT, FRICTION, WINCH_SLIP, JOINTS = range(10)
+THRUST, WINCH_IN, JOINT_IN, THREADS, TETHER, CONTACT, FRICTION, WINCH_SLIP, JOINTS = range(1, 10)
 HELD = 10
-TERMS = 11
+TERMS = 12
 """Rows of the ledger [J]: the work of all forces on all bodies; put in by thrusters, winches and joints' motors; taken
-out by the dampers of threads and of the tether, contact, friction, slipping winches, the dampers of joints. The last
-is no term: what the bristles of threads hold after the last step."""
+out by the dampers of threads and of the tether, contact, friction, slipping winches, the dampers of joints. HELD is no
+term: what the bristles of threads hold after the last step. The last row, and WORK, are crossing_energy's too."""
 THREADS_NEAR_M = 0.05
 """Points of threads that are farther away do not touch in this step."""
 
@@ -361,7 +362,8 @@ def book_step(
 @entry_point
 def fly_booked(
     ledger, numbers, arrays, threads, body, steps, thrust, external, target_pos, target_vel, chaser_force,
-    knot_pos, knot_vel, mu_pos, mu_vel, bodies, bristle, closing, pair_length, locked, winch_length, tether_length,
+    knot_pos, knot_vel, mu_pos, mu_vel, bodies, bristle, crossed, crossed_count, closing, pair_length, locked,
+    winch_length, tether_length,
 ):  # fmt: skip
     """Fly one scenario like step.advance, step by step, and book each step. Returns the particles in contact at the
     last.
@@ -373,16 +375,21 @@ def fly_booked(
     work = thread_points.workspace(len(arrays.segments), debris_body.parts(body))
     for _ in range(steps):
         knots, mus, held = knot_pos.copy(), mu_pos.copy(), bristle.copy()
+        touched = crossed[: crossed_count[0]].copy()
         knot_vels[0], mu_vels[0], both_bodies[0] = knot_vel, mu_vel, bodies
         joints[0], locks[0], winches[0] = pair_length, locked, winch_length
         contacts = advance_scenario(
             numbers, arrays, threads, body, 1, thrust, external, target_pos, target_vel, chaser_force, knot_pos,
-            knot_vel, mu_pos, mu_vel, bodies, bristle, closing, pair_length, locked, winch_length, tether_length,
+            knot_vel, mu_pos, mu_vel, bodies, bristle, crossed, crossed_count, closing, pair_length, locked,
+            winch_length, tether_length,
         )  # fmt: skip
+        if crossed_count[0] > len(crossed):
+            break  # there is no room for what has to be booked
         knot_vels[1], mu_vels[1], both_bodies[1] = knot_vel, mu_vel, bodies
         joints[1], locks[1], winches[1] = pair_length, locked, winch_length
         book_step(
             ledger, numbers, arrays, body, thrust, chaser_force, closing, tether_length, knots, knot_vels, mus,
             mu_vels, both_bodies, held, joints, locks, winches, work,
         )  # fmt: skip
+        crossing_energy.book(ledger, numbers, arrays, knots, knot_vels, touched, crossed[: crossed_count[0]])
     return contacts

@@ -9,6 +9,8 @@ import numpy as np
 from tethernet_sim.kernels import (
     collisions,
     contact,
+    crossing_law,
+    crossings,
     debris_body,
     net,
     pairs,
@@ -111,8 +113,8 @@ def drift(pos, vel, knots, time_step):
 @inlined_once
 def advance_scenario(
     numbers, arrays, threads, body, steps, thrust, external, target_pos, target_vel, chaser_force,
-    all_knot_pos, all_knot_vel, mu_pos, mu_vel, bodies, bristle, closing, pair_length, locked, winch_length,
-    tether_length,
+    all_knot_pos, all_knot_vel, mu_pos, mu_vel, bodies, bristle, crossed, crossed_count, closing, pair_length, locked,
+    winch_length, tether_length,
 ):  # fmt: skip
     """Fly one scenario for ``steps`` steps under constant thrust.
 
@@ -127,8 +129,10 @@ def advance_scenario(
         target_pos: the target at the first step [m], (M, 3).
         target_vel: its velocity [m/s], (M, 3).
         chaser_force: thrust on the chaser's centre of mass [N], (3,); felt once closing has begun.
-        all_knot_pos, all_knot_vel, mu_pos, mu_vel, bodies, bristle, pair_length, locked, winch_length: the scenario's
-            state, see State; updated.
+        all_knot_pos, all_knot_vel, mu_pos, mu_vel, bodies, bristle, crossed, pair_length, locked, winch_length: the
+            scenario's state, see State; updated.
+        crossed_count: how many pairs of threads touch (1,); updated. More than ``crossed`` has room for means that the
+            steps have to be flown again with more.
         closing: closing has begun.
         tether_length: locked length of the main tether [m].
 
@@ -154,6 +158,12 @@ def advance_scenario(
     segments = len(arrays.segments)
     points_of_threads = thread_points.workspace(segments, debris_body.parts(body))
     most_points = len(points_of_threads.share)
+    net_threads, mass = arrays.crossing_threads, arrays.knot_mass
+    look_in, crossing, records = 0, 0, 0
+    if len(net_threads):
+        records = crossed_count[0]
+    crossing_work = crossings.workspace(len(net_threads), width, crossings.room(len(net_threads), records))
+    crossing_work.records[:records] = crossed[:records]
     work = np.empty(contact.blocks(knots + mus) * contact.ROWS * contact.BLOCK)
     work_of_threads = np.empty(contact.blocks(most_points) * contact.ROWS * contact.BLOCK)
     held, kept = np.empty((3, width)), np.empty(width)
@@ -251,6 +261,18 @@ def advance_scenario(
                 arrays, numbers, at_chaser, near_chaser, knot_pos, knot_vel, mu_pos, mu_vel, chaser, chaser_matrix,
                 rate, pushes, chaser_push, chaser_twist,
             )  # fmt: skip
+        if len(net_threads):
+            if look_in == 0:
+                look_in = crossings.LOOK_STEPS
+                needed, records = crossings.look(
+                    crossing_work, net_threads, numbers, knots, knot_pos, knot_vel, records
+                )  # fmt: skip
+                if needed:
+                    crossing_work = crossings.with_room(crossing_work, 2 * needed, records)
+                    crossings.look(crossing_work, net_threads, numbers, knots, knot_pos, knot_vel, records)
+            look_in -= 1
+            crossing = crossing_law.find(crossing_work, numbers, knot_pos)
+            crossing = crossing_law.push(crossing_work, numbers, mass, kick, knot_pos, knot_vel, crossing)
         contacts = 0
         if near_count + points:
             for axis in range(3):
@@ -281,6 +303,7 @@ def advance_scenario(
 
         # 3. Velocities. The net's threads come first, because they find their forces themselves.
         net.apply(threads, thread_work, knot_pos, knot_vel, kick, dt)
+        crossing_law.react(crossing_work, crossing, knot_vel)
         for m in range(mus):
             knot = mu_knot[m]
             for axis in range(3):
@@ -319,6 +342,8 @@ def advance_scenario(
 
     contact.store_bristles(bristle, near, near_count, held)
     thread_contact.store_bristles(bristle, points_of_threads, points)
+    if len(net_threads):
+        crossed_count[0] = crossings.store(crossing_work, crossed)
     all_knot_pos[:], all_knot_vel[:] = knot_pos[:, :knots], knot_vel[:, :knots]
     if coasted:
         debris_body.drift(body, debris, debris_matrix, coasted * dt)
@@ -353,8 +378,8 @@ def begin_closing(numbers, arrays, knot_pos, mu_pos, chaser, pair_length, locked
 @entry_point
 def advance(
     numbers, arrays, threads, body, steps, chosen, thrust, external, target_pos, target_vel, chaser_force,
-    knot_pos, knot_vel, mu_pos, mu_vel, bodies, bristle, closing, pair_length, locked, winch_length,
-    tether_length, contacts,
+    knot_pos, knot_vel, mu_pos, mu_vel, bodies, bristle, crossed, crossed_count, closing, pair_length, locked,
+    winch_length, tether_length, contacts,
 ):  # fmt: skip
     """Fly the ``chosen`` scenarios of a batch for ``steps`` steps; arrays as in State, with the leading scenario
     axis.
@@ -362,6 +387,6 @@ def advance(
     for b in chosen:
         contacts[b] = advance_scenario(
             numbers, arrays, threads, body, steps, thrust[b], external[b], target_pos[b], target_vel[b],
-            chaser_force[b], knot_pos[b], knot_vel[b], mu_pos[b], mu_vel[b], bodies[b], bristle[b],
-            closing[b], pair_length[b], locked[b], winch_length[b], tether_length[b],
+            chaser_force[b], knot_pos[b], knot_vel[b], mu_pos[b], mu_vel[b], bodies[b], bristle[b], crossed[b],
+            crossed_count[b : b + 1], closing[b], pair_length[b], locked[b], winch_length[b], tether_length[b],
         )  # fmt: skip
