@@ -54,6 +54,13 @@ def rotations(_tree: ast.Module, text: str) -> Iterator[int]:
             yield number
 
 
+def unit_norms(_tree: ast.Module, text: str) -> Iterator[int]:
+    """How far from 1 a norm may be."""
+    for number, line in enumerate(text.splitlines(), 1):
+        if re.search(r"abs\(norm - 1\.0\) *[<>]", line):
+            yield number
+
+
 CORE = "ros2_ws/src/tethernet_core/tethernet_core"
 PLACES: dict[Callable[[ast.Module, str], Iterator[int]], dict[str, str]] = {
     renames: {
@@ -69,6 +76,10 @@ PLACES: dict[Callable[[ast.Module, str], Iterator[int]], dict[str, str]] = {
     },
     fallbacks: {f"{CORE}/aiming.py": "the name"},
     rotations: {f"{CORE}/rotation.py": "the rule"},
+    unit_norms: {
+        f"{CORE}/unit_norm.py": "of what a person gives",
+        f"{CORE}/rotation.py": "of messages, which rounding has been through",
+    },
 }
 """Where each may be, and why."""
 

@@ -13,6 +13,7 @@ from typing import ClassVar
 from tethernet_core.parameters import ParameterError, parameter
 from tethernet_core.settings import ControlParameters
 from tethernet_core.system import System
+from tethernet_core.unit_norm import is_unit
 
 _CONFIG = Path(__file__).parent / "config"
 
@@ -142,7 +143,7 @@ class ScenarioParameters:
                     f"ScenarioParameters.{name} has {len(getattr(self, name))} numbers; allowed: {size}"
                 )
         norm = math.sqrt(sum(q * q for q in self.debris_attitude))
-        if abs(norm - 1.0) > 1e-6:
+        if not is_unit(norm):
             raise ParameterError(
                 f"ScenarioParameters.debris_attitude has norm {norm:g}; allowed: a unit quaternion x y z w"
             )

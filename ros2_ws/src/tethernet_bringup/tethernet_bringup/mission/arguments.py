@@ -19,6 +19,7 @@ from tethernet_core.errors import InputError
 from tethernet_core.near_match import near_match
 from tethernet_core.shown import SHORT, shown
 from tethernet_core.subcommand import Parser, number, one_of, whole_number
+from tethernet_core.unit_norm import is_unit
 
 PROGRAM = "run_mission.py"
 SHIPPED_SYSTEMS = Path(short.__file__).with_name("systems")
@@ -28,7 +29,6 @@ PACES = ("realtime", "lockstep")
 DISCOVERY_RANGES = ("localhost", "subnet")
 LARGEST_SEED = 2**63 - 1
 DOMAIN_ID = whole_number(0, 232)
-UNIT_TOLERANCE = 1e-6
 SMALLEST_NORM = 1e-6
 
 EXIT_STATUS = """\
@@ -220,7 +220,7 @@ def _unit_quaternion(options: argparse.Namespace) -> tuple[float, ...] | None:
             f"--attitude {_text(given)}: no direction in it (norm {norm:g}); allowed: a quaternion x y z w of norm 1"
         )
     unit = tuple(value / norm for value in given)
-    if abs(norm - 1.0) > UNIT_TOLERANCE:
+    if not is_unit(norm):
         options.notices.append(
             f"--attitude {_text(given)} has norm {norm:g}; taken as the unit quaternion {_text(unit)}"
         )

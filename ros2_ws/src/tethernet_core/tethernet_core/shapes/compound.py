@@ -14,6 +14,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from ..rotation import matrix
+from ..unit_norm import is_unit
 from .registry import shape_from
 from .shape import (
     LARGEST_M,
@@ -30,7 +31,6 @@ from .union_measure import exposed_share, own_share
 
 MOST_PARTS = 64
 """Parts of one compound, nested ones counted by themselves."""
-_NORM_TOLERANCE = 1e-6
 _SHARES_TOLERANCE = 1e-6
 
 
@@ -57,7 +57,7 @@ class Part:
         position = checked_vector("position_m", self.position_m, 3, -LARGEST_M, LARGEST_M, "m")
         attitude = checked_vector("attitude", self.attitude, 4, -1.0, 1.0, "")
         norm = math.sqrt(sum(q * q for q in attitude))
-        if abs(norm - 1.0) > _NORM_TOLERANCE:
+        if not is_unit(norm):
             raise entry_error(
                 "attitude", self.attitude, f"of norm {norm:g}", "a unit quaternion x y z w, part to compound"
             )

@@ -13,7 +13,7 @@ from tethernet_core.system import System, load_system
 from tethernet_learning import measured
 from tethernet_learning.data import data_set, make_data
 from tethernet_learning.data.trigger import fly_and_look
-from tethernet_learning.evaluation import evaluate_policies, model_card
+from tethernet_learning.evaluation import evaluate_policies, holds, model_card
 from tethernet_learning.evaluation import policy_scores as evaluation
 from tethernet_learning.evaluation.policy_scores import Evaluated
 from tethernet_learning.flight_digest import flight_digest
@@ -48,8 +48,9 @@ def measure_policies(count: int, facts: dict[str, Any], folder: Path) -> list[Ev
     settings = _settings(shipped_models.POLICY)
     flights = {system: Flight(system, one) for system, one in settings.items()}
     chosen = evaluation.contenders([policies.RL], list(flights))
-    with MissionProgress(count * sum(map(len, chosen.values()))) as progress:
+    with MissionProgress(count * sum(map(len, chosen.values())) + holds.SCENARIOS * len(flights)) as progress:
         evaluated = evaluation.evaluate(chosen, count, 0, flights, progress=progress.add)
+        tested = holds.fly(list(flights), progress=progress.add)
     facts = {
         "scenarios": count,
         "stream": Purpose.POLICY_EVALUATION.name,
@@ -59,9 +60,10 @@ def measure_policies(count: int, facts: dict[str, Any], folder: Path) -> list[Ev
     }
     evaluate_policies.write(folder, facts, evaluated)
     content = {**facts, "systems": evaluation.as_json(evaluated)}
-    for e in evaluated:
+    for e, held in zip(evaluated, tested, strict=True):
         file = shipped_models.place(shipped_models.POLICY, e.system.name)
-        _write(shipped_models.POLICY, AimingPolicy.load(file), content, _flown(e))
+        flown = {"flown": _flown(e), "flown_with_hold": holds.flown(held)}
+        _write(shipped_models.POLICY, AimingPolicy.load(file), {**content, "hold": holds.told(held)}, flown)
     return evaluated
 
 
@@ -115,7 +117,7 @@ def measure_surrogates(count: int, facts: dict[str, Any]) -> dict[str, dict[str,
     return found
 
 
-def _write(kind: str, model: AimingPolicy | Surrogate, content: dict[str, Any], flown: list[Any] | None) -> None:
+def _write(kind: str, model: AimingPolicy | Surrogate, content: dict[str, Any], flown: dict[str, Any] | None) -> None:
     """The measurements for programs, and the card for people."""
     file = shipped_models.place(kind, model.made_for.system)
     picture = file.with_suffix(".png")
@@ -133,7 +135,7 @@ def _write(kind: str, model: AimingPolicy | Surrogate, content: dict[str, Any], 
             name: {key: value for key, value in told.items() if key not in ("scenarios", "model")}
             for name, told in systems[model.made_for.system]["policies"].items()
         }
-        kept["flown"] = flown
+        kept |= flown
     write_text(measured.place(kind, model.made_for.system), evaluate_policies.as_text(kept))
     write_text(file.with_suffix(".md"), card)
 
