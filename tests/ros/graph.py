@@ -15,12 +15,14 @@ from pathlib import Path
 import rclpy
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.qos import QoSProfile
+from rclpy.task import Future
 from std_srvs.srv import Trigger
 
 from tethernet_ros.connections import Connections, read_connections, service_name
 
 PATIENCE_S = 30.0
 """Limit of every wait; reached only when something is broken."""
+_ASK_AGAIN_S = 2.0
 
 
 class Probe:
@@ -80,9 +82,19 @@ class Probe:
             self._connections_clients[node] = self.node.create_client(Trigger, service_name(node))
         client = self._connections_clients[node]
         self.wait_for(client.service_is_ready, f"connections of {node}")
-        future = client.call_async(Trigger.Request())
-        self.wait_for(future.done, f"connections of {node}")
-        return read_connections(future.result())
+        # An answer is lost where the server has not found this client's reader yet: ask again, as the command does.
+        asked: list[Future] = []
+        due = time.monotonic()
+
+        def answered() -> bool:
+            nonlocal due
+            if time.monotonic() >= due:
+                asked.append(client.call_async(Trigger.Request()))
+                due += _ASK_AGAIN_S
+            return any(future.done() for future in asked)
+
+        self.wait_for(answered, f"connections of {node}")
+        return read_connections(next(future.result() for future in asked if future.done()))
 
     def wait_for(self, condition: Callable[[], bool], what: str, timeout_s: float = PATIENCE_S) -> None:
         """Take messages until the condition holds.

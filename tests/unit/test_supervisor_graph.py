@@ -181,3 +181,25 @@ def test_an_onlooker_is_waited_for_a_moment():
     assert not check.update()
     now[0] = 6.0
     assert check.update(), "nobody needs it"
+
+
+class Deaf(Node):
+    """Whose first answer is lost."""
+
+    asked = 0
+
+    def ask(self, _request, _check, callback):
+        self.asked += 1
+        if self.asked > 1:
+            callback(self.told)
+
+
+def test_an_answer_that_is_lost_is_asked_for_again():
+    now = [0.0]
+    node = Deaf(2)
+    check = check_of(node, 2, lambda: now[0])
+    assert not check.update()
+    assert not check.update()
+    assert node.asked == 1, "not at every look"
+    now[0] = 1.1
+    assert check.update()

@@ -7,6 +7,7 @@ there are, it has found those that matter, whoever else listens.
 from __future__ import annotations
 
 import functools
+import math
 import time
 from collections.abc import Callable, Collection, Mapping
 
@@ -19,6 +20,9 @@ from tethernet_ros.well_formed import MessageError
 _PATIENCE_S = 5.0
 """[s] After this time the mission waits no more for those who only look on: an onlooker that is not there yet, a
 stranger's subscription that is seen but not found."""
+
+_ASK_AGAIN_S = 1.0
+"""[s] An answer is lost where a node has not found the reader for it yet."""
 
 
 class ConnectionCheck:
@@ -45,18 +49,18 @@ class ConnectionCheck:
         self._onlookers = onlookers or {}
         self._clock = clock
         self._lenient_at = clock() + _PATIENCE_S
-        self._asked: set[str] = set()
+        self._asked_at: dict[str, float] = {}
         self.missing = {node: list(topics) for node, topics in listeners.items()}
         """Topics that lack subscribers, by node."""
         self.pids: dict[str, int] = {}
         """Process ids of the nodes that have answered."""
 
     def update(self) -> bool:
-        """Look at the answers, ask again where somebody is missing; true when nobody is."""
-        for node in set(self.missing) - self._asked:
-            service = self._askers[node]
-            if service.ready():
-                self._asked.add(node)
+        """Look at the answers, ask again where somebody is missing or none comes; true when nobody is missing."""
+        for node in list(self.missing):
+            service, asked_at = self._askers[node], self._asked_at.get(node, -math.inf)
+            if self._clock() - asked_at >= _ASK_AGAIN_S and service.ready():
+                self._asked_at[node] = self._clock()
                 service.ask(Trigger.Request(), read_connections, functools.partial(self._take, node))
         return not self.missing
 
@@ -65,7 +69,7 @@ class ConnectionCheck:
         return "; ".join(f"{node} lacks subscribers of {', '.join(topics)}" for node, topics in self.missing.items())
 
     def _take(self, node: str, told: Connections | MessageError) -> None:
-        self._asked.discard(node)
+        self._asked_at.pop(node, None)
         if isinstance(told, MessageError) or node not in self.missing:
             return  # dropped and counted at the door; it is asked again
         self.pids[node] = told.pid
