@@ -89,7 +89,7 @@ def count_passes(before: np.ndarray, after: np.ndarray, threads: np.ndarray) -> 
 
 
 @numba.njit(cache=True)
-def _passes_of_pair(before, after, i, j, k, m):  # type: ignore[no-untyped-def]
+def _passes_of_pair(before, after, i, j, k, m):  # type: ignore[no-untyped-def]  # compiled by numba
     passes, last = 0, _mixed(before, after, i, j, k, m, 0.0)
     if min(_apart(before, after, i, j, k, m, 0.0), _apart(before, after, i, j, k, m, 1.0)) < NOISE_M:
         return 0
@@ -109,7 +109,7 @@ def _passes_of_pair(before, after, i, j, k, m):  # type: ignore[no-untyped-def]
 
 
 @numba.njit(cache=True)
-def _sides(before, after, i, j, k, m, share):  # type: ignore[no-untyped-def]
+def _sides(before, after, i, j, k, m, share):  # type: ignore[no-untyped-def]  # compiled by numba
     """Both threads, and from the first knot of the first to that of the second, after a share of the time."""
     u, v, w = np.empty(3), np.empty(3), np.empty(3)
     for axis in range(3):
@@ -121,14 +121,14 @@ def _sides(before, after, i, j, k, m, share):  # type: ignore[no-untyped-def]
 
 
 @numba.njit(cache=True)
-def _mixed(before, after, i, j, k, m, share):  # type: ignore[no-untyped-def]
+def _mixed(before, after, i, j, k, m, share):  # type: ignore[no-untyped-def]  # compiled by numba
     """Six times the volume that the four ends span, with its sign."""
     u, v, w = _sides(before, after, i, j, k, m, share)
     return np.dot(np.cross(u, v), w)
 
 
 @numba.njit(cache=True)
-def _apart(before, after, i, j, k, m, share):  # type: ignore[no-untyped-def]
+def _apart(before, after, i, j, k, m, share):  # type: ignore[no-untyped-def]  # compiled by numba
     """Distance of the lines along both threads [m]; 0 where they are parallel."""
     u, v, w = _sides(before, after, i, j, k, m, share)
     across = np.cross(u, v)
@@ -137,7 +137,7 @@ def _apart(before, after, i, j, k, m, share):  # type: ignore[no-untyped-def]
 
 
 @numba.njit(cache=True)
-def _crossed(before, after, i, j, k, m, share):  # type: ignore[no-untyped-def]
+def _crossed(before, after, i, j, k, m, share):  # type: ignore[no-untyped-def]  # compiled by numba
     """Whether two threads in one plane cross within their lengths."""
     u, v, w = _sides(before, after, i, j, k, m, share)
     across = np.cross(u, v)

@@ -76,12 +76,13 @@ def test_the_default_mission_captures_exactly_as_in_one_process(tmp_path, domain
 
 
 @pytest.mark.parametrize(
-    ("system", "flags", "net_contact"),
-    [("zenit_8mu", ("--tow", "20"), "none"), ("zenit_4mu", ("--set", "physics.net_contact=threads"), "threads")],
+    ("system", "flags", "net_contact"), [("zenit_8mu", ("--tow", "20"), "none"), ("zenit_4mu", (), "threads")]
 )
 def test_a_hold_test_is_flown_exactly_as_in_one_process(tmp_path, domain_id, system, flags, net_contact):
     hold_s = 6.0
-    flags = ("--system", system, "--hold", str(hold_s), *flags, *LOCKSTEP)
+    parameters = tmp_path / "net_contact.yaml"
+    parameters.write_text(f"sim:\n  ros__parameters:\n    net_contact: {net_contact}\n")
+    flags = ("--system", system, "--hold", str(hold_s), *flags, "--params", str(parameters), *LOCKSTEP)
     tow_n = 20.0 if "--tow" in flags else 0.0
     settings = Settings.load(system, mission={"hold_s": hold_s, "tow_n": tow_n}, physics={"net_contact": net_contact})
     with MissionCommand(tmp_path, domain_id, *flags) as mission:
