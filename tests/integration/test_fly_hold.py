@@ -65,7 +65,9 @@ def test_a_tow_takes_up_the_slack_and_then_keeps_its_tension():
     system = load_system("zenit_4mu")
     towed = system.debris.mass_kg + system.net.mass_kg + sum(unit.mass_kg for unit in system.units)
     force = 20.0 * (system.chaser.mass_kg + towed) / towed
-    assert np.linalg.norm(momenta[-1][1]) == pytest.approx(force, rel=0.05)
+    thrusts = [float(np.linalg.norm(thrust)) for _, thrust in momenta[-last:]]
+    # What hangs on the tether still swings: from tick to tick the thrust follows it.
+    assert np.mean(thrusts) == pytest.approx(force, rel=0.05)
     assert speeds[-1] - speeds[0] > 0.5 * 20.0 / towed * 60.0, "towards the chaser"
 
 
