@@ -94,7 +94,7 @@ def test_rewards_within_a_draw_are_compared_with_the_others_there():
     assert compared.tolist() == [-3.0, -1.5, 4.5, -20.0, 20.0]
     assert rewards[0] == 1.0
     # What all members of a draw share is gone, whatever it is.
-    assert np.allclose(minus_mean_of_others([*rewards, 7, 7, 7, -9, -9], [[0, 1, 2], [3, 4]]), compared)
+    assert np.allclose(minus_mean_of_others(rewards + np.array([7, 7, 7, -9, -9]), [[0, 1, 2], [3, 4]]), compared)
 
 
 def test_environments_compare_within_draws_and_tell_the_rewards_as_they_are():
