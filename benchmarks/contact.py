@@ -18,7 +18,7 @@ from tethernet_sim.scenario import Scenario
 from tethernet_sim.settings import KNOTS, THREADS
 
 from .figures import conclude, machine
-from .mission import CAPTURE_AT_ONCE, Cost, fly_once
+from .mission import CAPTURE_AT_ONCE, fly_in_turns
 
 SYSTEMS = ("zenit_8mu", "zenit_4mu")
 
@@ -41,10 +41,7 @@ def main(argv: list[str] | None = None) -> int:
         settings = {
             contact: Settings.load(name, physics={"contact": contact}, mission=mission) for contact in (KNOTS, THREADS)
         }
-        costs: dict[str, list[Cost]] = {KNOTS: [], THREADS: []}
-        for seed in range(1, turns + 1):
-            for contact in (KNOTS, THREADS):
-                costs[contact].append(fly_once(Scenario(name, seed=seed), settings[contact]))
+        costs = fly_in_turns(name, settings, turns)
         for part in ("whole", "capture"):
             knots, threads = ([getattr(cost, part) for cost in costs[contact]] for contact in (KNOTS, THREADS))
             ratio = statistics.median(many / few for many, few in zip(threads, knots, strict=True))

@@ -10,6 +10,7 @@ import dataclasses
 import statistics
 import sys
 import time
+from collections.abc import Mapping
 
 from tethernet_core.subcommand import whole_number
 from tethernet_sim import cores
@@ -66,6 +67,21 @@ def fly_batch(scenarios: list[Scenario], settings: Settings, threads: int) -> Ba
     began, cpu_began = time.perf_counter(), time.process_time()
     fly_many(scenarios, settings)
     return BatchCost(time.perf_counter() - began, time.process_time() - cpu_began)
+
+
+def fly_in_turns(system: str, settings: Mapping[str, Settings], turns: int) -> dict[str, list[Cost]]:
+    """What the same missions cost with each of the settings, by their names: seed by seed, one after the other.
+
+    Args:
+        system: name of the shipped system that is flown.
+        settings: by name.
+        turns: missions with each.
+    """
+    costs: dict[str, list[Cost]] = {name: [] for name in settings}
+    for seed in range(1, turns + 1):
+        for name, parameters in settings.items():
+            costs[name].append(fly_once(Scenario(system, seed=seed), parameters))
+    return costs
 
 
 def main(argv: list[str] | None = None) -> int:

@@ -20,7 +20,7 @@ from tethernet_sim.scenario import Scenario
 from tethernet_sim.settings import NONE, THREADS
 
 from .figures import conclude, machine
-from .mission import CAPTURE_AT_ONCE, Cost, fly_once
+from .mission import CAPTURE_AT_ONCE, fly_in_turns
 from .thread_passes import PassCounter
 
 SYSTEMS = ("zenit_8mu", "zenit_4mu")
@@ -47,10 +47,7 @@ def main(argv: list[str] | None = None) -> int:
         for contact in (NONE, THREADS):
             at_once = Settings.load(name, physics={"net_contact": contact}, mission=CAPTURE_AT_ONCE)
             fly(Scenario(name), at_once)  # compiles or loads
-        costs: dict[str, list[Cost]] = {NONE: [], THREADS: []}
-        for seed in range(1, turns + 1):
-            for contact in (NONE, THREADS):
-                costs[contact].append(fly_once(Scenario(name, seed=seed), settings[contact]))
+        costs = fly_in_turns(name, settings, turns)
         for part in ("whole", "deployment", "capture"):
             without, touching = ([getattr(cost, part) for cost in costs[contact]] for contact in (NONE, THREADS))
             ratio = statistics.median(many / few for many, few in zip(touching, without, strict=True))
