@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from tethernet_sim.crossing_threads import CrossingThreads, no_crossings
 from tethernet_sim.engine import Commands, EdgeListEngine, Engine, GridEngine
 from tethernet_sim.kernels.crossings import RECORD
 from tethernet_sim.kernels.cylinder_body import CylinderBody
@@ -76,7 +77,7 @@ def make_model(
         segment_radius=np.zeros(0),
         segment_stiffness=np.zeros(0),
         inverse_mass=1.0 / masses,
-        crossing_threads=threads.copy() if net_contact else np.zeros((0, 2), np.int64),
+        crossing_threads=CrossingThreads(threads.copy()) if net_contact else no_crossings(),
     )
     debris = CylinderBody(mass=100.0, across=50.0, along=30.0, radius=0.4, half_length=0.5)
     return Model(numbers, arrays, debris, grid)

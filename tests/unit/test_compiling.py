@@ -1,5 +1,6 @@
 """Whoever flies first is told that the kernels are being compiled."""
 
+import os
 import subprocess
 import sys
 
@@ -45,3 +46,31 @@ def test_what_runs_at_every_tick_is_loaded_before_the_mission_begins():
     )
     ended = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False, timeout=240)
     assert ended.returncode == 0, ended.stderr
+
+
+def test_a_flight_without_contact_of_net_with_net_compiles_nothing_of_it(tmp_path):
+    # Its kernels are half as much again as all others.
+    code = """
+import numba
+import numpy as np
+from tethernet_sim.crossing_threads import CrossingThreads, no_crossings
+from tethernet_sim.kernels import crossing_law, crossings, net_contact
+
+def step(threads, crossed, count, pos):
+    work = net_contact.begin(threads, 8, crossed, count)
+    net_contact.react(threads, work, pos)
+    net_contact.end(threads, work, crossed, count)
+
+def compiled():
+    kernels = crossings.workspace, crossings.store, crossing_law.react
+    return sum(len(kernel.signatures) for kernel in kernels)
+
+some = np.zeros((4, crossings.RECORD)), np.zeros(1, np.int64), np.zeros((3, 8))
+numba.njit(step)(no_crossings(), *some)
+print(compiled())
+numba.njit(step)(CrossingThreads(np.array([[0, 1], [2, 3]])), *some)
+print(compiled())
+"""
+    environment = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path)}
+    told = subprocess.run([sys.executable, "-c", code], env=environment, capture_output=True, text=True, check=True)
+    assert told.stdout.split() == ["0", "3"]

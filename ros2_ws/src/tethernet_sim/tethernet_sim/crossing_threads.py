@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
 from tethernet_core.system import System
@@ -15,9 +17,31 @@ _BITS = 10
 """Of a place along one axis."""
 
 
-def crossing_threads(system: System) -> np.ndarray:
-    """Knots at the ends of all threads of the net, (X, 2): along a curve that fills space (Morton 1966), so that those
-    that follow each other are near each other while the net is flat.
+class CrossingThreads(NamedTuple):
+    """The threads of a net that touch each other."""
+
+    ends: np.ndarray  # (X, 2) knots at the ends of each
+
+
+class NoCrossings(NamedTuple):
+    """The same of a net whose threads pass through each other: of a type of its own, so that a flight of such a net is
+    compiled without their contact.
+    """
+
+    ends: np.ndarray  # (0, 2)
+
+
+Crossings = CrossingThreads | NoCrossings
+
+
+def no_crossings() -> NoCrossings:
+    """No threads."""
+    return NoCrossings(np.zeros((0, 2), np.int64))
+
+
+def crossing_threads(system: System) -> CrossingThreads:
+    """All threads of the net: along a curve that fills space (Morton 1966), so that those that follow each other are
+    near each other while the net is flat.
     """
     threads = np.array(system.net.threads, np.int64).reshape(-1, 2)
     middle = system.net.nodes[threads].mean(axis=1)
@@ -28,4 +52,4 @@ def crossing_threads(system: System) -> np.ndarray:
     for bit in range(_BITS):
         for axis in range(3):
             code |= (place[:, axis] >> bit & 1) << (3 * bit + axis)
-    return threads[np.argsort(code, kind="stable")]
+    return CrossingThreads(threads[np.argsort(code, kind="stable")])

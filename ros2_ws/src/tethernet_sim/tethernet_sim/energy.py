@@ -72,7 +72,7 @@ class Auditor:
     def attach(self, world: World) -> None:
         """Book all periods that ``world`` flies from now on; its first scenario is the one that is looked at."""
         self._booked = world
-        world.state.make_room(ROOM_PER_THREAD * len(world.model.arrays.crossing_threads))
+        world.state.make_room(ROOM_PER_THREAD * len(world.model.arrays.crossing_threads.ends))
         world.advance = self._fly_period  # type: ignore[method-assign]  # this one world, for as long as it is booked
         self._start = self._energies()
 

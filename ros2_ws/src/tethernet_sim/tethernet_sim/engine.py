@@ -90,7 +90,7 @@ class _KernelEngine:
                 s.tether_length, s.contacts,
             )  # fmt: skip
 
-        before = s.copy() if len(self.model.arrays.crossing_threads) else s
+        before = s.copy() if len(self.model.arrays.crossing_threads.ends) else s
         cores.share(fly, flying)
         # Where more threads touch than there is room for, once more from the same state: with the same bits.
         while len(full := flying[s.crossed_count[flying] > s.crossed.shape[1]]):

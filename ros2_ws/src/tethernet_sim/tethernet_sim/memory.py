@@ -37,7 +37,7 @@ def scenario_bytes(model: Model) -> int:
 
 def work_bytes(model: Model) -> int:
     """Work space of the kernels on one core, whatever the number of scenarios [bytes]."""
-    crossing = len(model.arrays.crossing_threads)
+    crossing = len(model.arrays.crossing_threads.ends)
     pairs = _PAIR * room(crossing, crossed_room(model))
     return pairs + _WORK * (len(model.arrays.inverse_mass) + len(model.arrays.threads) + model.contact_count + crossing)
 
@@ -107,7 +107,7 @@ def check_memory(model: Model, scenarios: int, name: str, allowed: int | None = 
     if len(model.arrays.segments):
         entries += f", physics.contact: {THREADS}, {model.contact_count} contacts with the parts of debris.shape"
         advice += ", contact of knots, or a shape of fewer parts"
-    if len(model.arrays.crossing_threads):
+    if len(model.arrays.crossing_threads.ends):
         entries += f", physics.net_contact: {THREADS}"
         advice += ", without contact of net with net"
     together = "" if scenarios == 1 else f" for {scenarios} scenarios together"

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from tethernet_core.system import System
-from tethernet_sim.crossing_threads import GRIP_SHARE, crossing_threads
+from tethernet_sim.crossing_threads import GRIP_SHARE, Crossings, crossing_threads, no_crossings
 from tethernet_sim.settings import THREADS, PhysicsParameters
 from tethernet_sim.touching_threads import TouchingThreads, touching_threads
 
@@ -79,7 +79,7 @@ class Arrays(NamedTuple):
     segment_radius: np.ndarray  # (S,) [m]
     segment_stiffness: np.ndarray  # (S,) of its contact [N/m]
     inverse_mass: np.ndarray  # (N + M,) of each particle [1/kg]
-    crossing_threads: np.ndarray  # (X, 2) knots of the threads that touch each other, neighbours together; none: off
+    crossing_threads: Crossings  # threads of the net that touch each other
 
 
 class NetModel(NamedTuple):
@@ -214,7 +214,7 @@ def build_net_model(system: System, physics: PhysicsParameters) -> NetModel:
         segment_radius=np.full(len(segments.ends), net.material.radius_m),
         segment_stiffness=physics.contact_stiffness_n_m * segments.share,
         inverse_mass=1.0 / masses,
-        crossing_threads=crossing_threads(system) if physics.net_contact == THREADS else np.zeros((0, 2), np.int64),
+        crossing_threads=crossing_threads(system) if physics.net_contact == THREADS else no_crossings(),
     )
     return NetModel(numbers, arrays)
 

@@ -155,7 +155,7 @@ def _add_crossings(model: Model | NetModel, springs: Springs) -> None:
     thread too, and with the turning of all four ends (kernels/crossing_law.py) on them alike: 2 k on each.
     """
     numbers, arrays = model.numbers, model.arrays
-    if not len(arrays.crossing_threads):
+    if not len(arrays.crossing_threads.ends):
         return
     together = 2.0 * AT_ONCE
     pressing, grip = together * numbers.crossing_stiffness, together * numbers.crossing_grip

@@ -84,7 +84,7 @@ class State:
 
 def crossed_room(model: Model) -> int:
     """Touching pairs of threads that a state has room for at first."""
-    return (len(model.arrays.crossing_threads) + 3) // 4
+    return (len(model.arrays.crossing_threads.ends) + 3) // 4
 
 
 def initial_state(

@@ -85,7 +85,7 @@ def stored(numbers, arrays, knots, rows):
     """Energy in the contacts of net with net [J]: ``rows`` of touching pairs as in State.crossed, places (3, N) [m]."""
     total = 0.0
     for r in range(len(rows)):
-        total += _spring(numbers, arrays.crossing_threads, rows[r], knots) + _bristle(numbers, rows[r])
+        total += _spring(numbers, arrays.crossing_threads.ends, rows[r], knots) + _bristle(numbers, rows[r])
     return total
 
 
@@ -101,7 +101,7 @@ def book(ledger, numbers, arrays, x, vels, before, after):
         before: touching pairs, as they remembered the step before, (., RECORD).
         after: those that touched in this step, likewise.
     """
-    h, threads = numbers.time_step, arrays.crossing_threads
+    h, threads = numbers.time_step, arrays.crossing_threads.ends
     lost = 0.0
     for r in range(len(before)):
         lost += _spring(numbers, threads, before[r], x) + _bristle(numbers, before[r])

@@ -21,7 +21,7 @@ from __future__ import annotations
 import math
 
 from tethernet_sim.kernels.compaction import compact_indices
-from tethernet_sim.kernels.crossings import LEAST_SQUARE, MEMORY, NEAR
+from tethernet_sim.kernels.crossings import LEAST_SQUARE, MEMORY, NEAR, two_threads
 from tethernet_sim.kernels.options import inlined
 from tethernet_sim.kernels.rows import padded
 
@@ -39,11 +39,7 @@ def find(work, numbers, pos):
     squared = numbers.crossing_distance * numbers.crossing_distance
     for n in range(near):
         i, j, k, m = first[n], second[n], third[n], fourth[n]
-        ux, uy, uz = x[j] - x[i], y[j] - y[i], z[j] - z[i]
-        vx, vy, vz = x[m] - x[k], y[m] - y[k], z[m] - z[k]
-        wx, wy, wz = x[i] - x[k], y[i] - y[k], z[i] - z[k]
-        uu, uv, vv = ux * ux + uy * uy + uz * uz, ux * vx + uy * vy + uz * vz, vx * vx + vy * vy + vz * vz
-        uw, vw = ux * wx + uy * wy + uz * wz, vx * wx + vy * wy + vz * wz
+        ux, uy, uz, vx, vy, vz, wx, wy, wz, uu, uv, vv, uw, vw = two_threads(x, y, z, i, j, k, m)
         area = uu * vv - uv * uv
         s, t = uv * vw - uw * vv, uu * vw - uv * uw
         mixed = wx * (uy * vz - uz * vy) + wy * (uz * vx - ux * vz) + wz * (ux * vy - uy * vx)
@@ -62,11 +58,7 @@ def crossing(x, y, z, i, j, k, m):
         (whether that is within both, shares of both lengths, common unit normal x y z, gap from the first to the second
         x y z [m]).
     """
-    ux, uy, uz = x[j] - x[i], y[j] - y[i], z[j] - z[i]
-    vx, vy, vz = x[m] - x[k], y[m] - y[k], z[m] - z[k]
-    wx, wy, wz = x[i] - x[k], y[i] - y[k], z[i] - z[k]
-    uu, uv, vv = ux * ux + uy * uy + uz * uz, ux * vx + uy * vy + uz * vz, vx * vx + vy * vy + vz * vz
-    uw, vw = ux * wx + uy * wy + uz * wz, vx * wx + vy * wy + vz * wz
+    ux, uy, uz, vx, vy, vz, wx, wy, wz, uu, uv, vv, uw, vw = two_threads(x, y, z, i, j, k, m)
     area = uu * vv - uv * uv
     inverse = 1.0 / max(area, LEAST_SQUARE * LEAST_SQUARE)
     s, t = (uv * vw - uw * vv) * inverse, (uu * vw - uv * uw) * inverse

@@ -37,8 +37,9 @@ PAIRS_PER_THREAD = 12
 """Listed pairs that there is room for at first: a net that unfolds has up to 10 a thread (measured)."""
 LEAST_SQUARE = 1e-18
 """Of a thread's length [m^2], so that one without length is no division by 0."""
-LISTED, NEAR, MADE = 0, 1, 2
-"""Entries of the counts: listed pairs, near pairs, whether there are lists."""
+LISTED, NEAR, MADE, LOOK_IN, TOUCHING, RECORDS = range(6)
+"""Entries of the counts: listed pairs, near pairs, whether there are lists; steps until the next look, pairs that touch
+in this step, records of touching pairs that are not in the lists yet."""
 MEMORY = 7
 """Numbers that a touching pair remembers: its normal, x y z; the distance at which it touches [m], then the bristle of
 its friction, x y z [m], launch frame."""
@@ -49,7 +50,7 @@ RECORD = 2 + MEMORY
 class CrossingWork(NamedTuple):
     """Work space of one scenario, for X threads and room for P pairs; two lists: 0 the listed, 1 the near pairs."""
 
-    counts: np.ndarray  # (3,) see LISTED
+    counts: np.ndarray  # (6,) see LISTED
     frame: np.ndarray  # (2, 6) velocity of the net when each list was made [m/s], how far it has come since [m]
     place: np.ndarray  # (2, 3, width) where the knots were then [m]
     leave: np.ndarray  # (2, width) how far from there, in that frame, each may come [m]
@@ -96,7 +97,7 @@ def workspace(threads, width, pairs):
     box[::2], block_box[::2] = np.inf, np.inf
     flags = np.zeros(room, np.uint8)
     return CrossingWork(
-        np.zeros(3, np.int64), np.zeros((2, 6)), np.zeros((2, 3, width)), np.zeros((2, width)), np.zeros((2, threads)),
+        np.zeros(6, np.int64), np.zeros((2, 6)), np.zeros((2, 3, width)), np.zeros((2, width)), np.zeros((2, threads)),
         box, block_box, np.zeros(6), np.empty(count + BLOCK, np.uint32), np.empty(count * BLOCK + BLOCK, np.uint32),
         np.full(threads, -1, np.int64), np.empty((2, room), np.uint32), np.empty((4, room), np.uint32),
         np.empty((MEMORY, room)), np.empty(room, np.uint8), np.empty(room + 1, np.uint32),
@@ -107,10 +108,11 @@ def workspace(threads, width, pairs):
 
 
 @kernel
-def with_room(work, pairs, records):
-    """Work space with more room; the first ``records`` records are kept, lists have to be made."""
-    width, threads = work.place.shape[2], len(work.head)
+def with_room(work, pairs):
+    """Work space with more room; the records are kept, lists have to be made."""
+    width, threads, records = work.place.shape[2], len(work.head), work.counts[RECORDS]
     larger = workspace(threads, width, pairs)
+    larger.counts[RECORDS] = records
     larger.records[:records] = work.records[:records]
     return larger
 
@@ -135,15 +137,26 @@ def store(work, records):
 
 
 @inlined
-def squared_distance(x, y, z, i, j, k, m):
-    """Of the segments between knots i and j and between k and m [m^2] (Ericson, Real-Time Collision Detection, 5.1.9,
-    without branches).
+def two_threads(x, y, z, i, j, k, m):
+    """Two threads, between knots i and j and between k and m.
+
+    Returns:
+        (u from i to j, x y z, v from k to m, x y z, w from k to i, x y z [m]; u.u, u.v, v.v, u.w, v.w [m^2]).
     """
     ux, uy, uz = x[j] - x[i], y[j] - y[i], z[j] - z[i]
     vx, vy, vz = x[m] - x[k], y[m] - y[k], z[m] - z[k]
     wx, wy, wz = x[i] - x[k], y[i] - y[k], z[i] - z[k]
     uu, uv, vv = ux * ux + uy * uy + uz * uz, ux * vx + uy * vy + uz * vz, vx * vx + vy * vy + vz * vz
     uw, vw = ux * wx + uy * wy + uz * wz, vx * wx + vy * wy + vz * wz
+    return ux, uy, uz, vx, vy, vz, wx, wy, wz, uu, uv, vv, uw, vw
+
+
+@inlined
+def squared_distance(x, y, z, i, j, k, m):
+    """Of the segments between knots i and j and between k and m [m^2] (Ericson, Real-Time Collision Detection, 5.1.9,
+    without branches).
+    """
+    ux, uy, uz, vx, vy, vz, wx, wy, wz, uu, uv, vv, uw, vw = two_threads(x, y, z, i, j, k, m)
     uu, vv = max(uu, LEAST_SQUARE), max(vv, LEAST_SQUARE)
     s = min(max((uv * vw - uw * vv) / max(uu * vv - uv * uv, LEAST_SQUARE * uu * vv), 0.0), 1.0)
     t = min(max((uv * s + vw) / vv, 0.0), 1.0)
@@ -255,8 +268,8 @@ def append_pair(work, threads, a, b, pos, distance, count):
 
 
 @inlined
-def list_pairs(work, threads, numbers, knots, pos, vel, records):
-    """List all pairs that may touch soon; the first ``records`` records are of those that do.
+def list_pairs(work, threads, numbers, knots, pos, vel):
+    """List all pairs that may touch soon; the records are of those that do.
 
     Returns:
         How many there are: when that is more than there is room for, there are no lists.
@@ -267,7 +280,7 @@ def list_pairs(work, threads, numbers, knots, pos, vel, records):
     make_boxes(work, threads, pos, distance)
     for t in range(len(threads)):
         work.head[t] = -1
-    for r in range(records):
+    for r in range(work.counts[RECORDS]):
         of = np.int64(work.records[r, 0])
         work.next[r] = work.head[of]
         work.head[of] = r
@@ -321,13 +334,11 @@ def list_near(work, numbers, pos):
 
 
 @inlined
-def look(work, threads, numbers, knots, pos, vel, records):
-    """Make the lists anew whose knots have used up their leave; ``records`` are there of touching pairs, -1: none but
-    in the lists.
+def look(work, threads, numbers, knots, pos, vel):
+    """Make the lists anew whose knots have used up their leave.
 
     Returns:
-        Pairs that there must be room for: when that is more than there is, see :func:`with_room`; and how many records
-        there are then.
+        Pairs that there must be room for, see :func:`with_room`; 0 where there is.
     """
     made = work.counts[MADE] > 0
     if made:
@@ -336,16 +347,16 @@ def look(work, threads, numbers, knots, pos, vel, records):
             for axis in range(3):
                 work.frame[which, 3 + axis] += elapsed * work.frame[which, axis]
         if not used_up(work, 1, knots, pos, 0.0):
-            return 0, 0
+            return 0
         begin_list(work, 1, knots, pos, vel, NEAR_S, NEAR_LEAVE_M)
     else:
         begin_list(work, 1, knots, pos, vel, NEAR_S, NEAR_LEAVE_M)
     if not made or used_up(work, 0, knots, pos, 1.0):
         if made:
-            records = store(work, work.records)
-        needed = list_pairs(work, threads, numbers, knots, pos, vel, records)
+            work.counts[RECORDS] = store(work, work.records)
+        needed = list_pairs(work, threads, numbers, knots, pos, vel)
         if needed > len(work.remembers):
-            return needed, records
+            return needed
     spread_leave(work, 1, threads)
     list_near(work, numbers, pos)
-    return 0, 0
+    return 0

@@ -9,10 +9,9 @@ import numpy as np
 from tethernet_sim.kernels import (
     collisions,
     contact,
-    crossing_law,
-    crossings,
     debris_body,
     net,
+    net_contact,
     pairs,
     rigid_body,
     thread_contact,
@@ -159,11 +158,7 @@ def advance_scenario(
     points_of_threads = thread_points.workspace(segments, debris_body.parts(body))
     most_points = len(points_of_threads.share)
     net_threads, mass = arrays.crossing_threads, arrays.knot_mass
-    look_in, crossing, records = 0, 0, 0
-    if len(net_threads):
-        records = crossed_count[0]
-    crossing_work = crossings.workspace(len(net_threads), width, crossings.room(len(net_threads), records))
-    crossing_work.records[:records] = crossed[:records]
+    crossing_work = net_contact.begin(net_threads, width, crossed, crossed_count)
     work = np.empty(contact.blocks(knots + mus) * contact.ROWS * contact.BLOCK)
     work_of_threads = np.empty(contact.blocks(most_points) * contact.ROWS * contact.BLOCK)
     held, kept = np.empty((3, width)), np.empty(width)
@@ -261,18 +256,11 @@ def advance_scenario(
                 arrays, numbers, at_chaser, near_chaser, knot_pos, knot_vel, mu_pos, mu_vel, chaser, chaser_matrix,
                 rate, pushes, chaser_push, chaser_twist,
             )  # fmt: skip
-        if len(net_threads):
-            if look_in == 0:
-                look_in = crossings.LOOK_STEPS
-                needed, records = crossings.look(
-                    crossing_work, net_threads, numbers, knots, knot_pos, knot_vel, records
-                )  # fmt: skip
-                if needed:
-                    crossing_work = crossings.with_room(crossing_work, 2 * needed, records)
-                    crossings.look(crossing_work, net_threads, numbers, knots, knot_pos, knot_vel, records)
-            look_in -= 1
-            crossing = crossing_law.find(crossing_work, numbers, knot_pos)
-            crossing = crossing_law.push(crossing_work, numbers, mass, kick, knot_pos, knot_vel, crossing)
+        needed = net_contact.look(net_threads, crossing_work, numbers, knots, knot_pos, knot_vel)
+        if needed:
+            crossing_work = net_contact.with_room(net_threads, crossing_work, 2 * needed)
+            net_contact.look(net_threads, crossing_work, numbers, knots, knot_pos, knot_vel)
+        net_contact.push(net_threads, crossing_work, numbers, mass, kick, knot_pos, knot_vel)
         contacts = 0
         if near_count + points:
             for axis in range(3):
@@ -303,7 +291,7 @@ def advance_scenario(
 
         # 3. Velocities. The net's threads come first, because they find their forces themselves.
         net.apply(threads, thread_work, knot_pos, knot_vel, kick, dt)
-        crossing_law.react(crossing_work, crossing, knot_vel)
+        net_contact.react(net_threads, crossing_work, knot_vel)
         for m in range(mus):
             knot = mu_knot[m]
             for axis in range(3):
@@ -342,8 +330,7 @@ def advance_scenario(
 
     contact.store_bristles(bristle, near, near_count, held)
     thread_contact.store_bristles(bristle, points_of_threads, points)
-    if len(net_threads):
-        crossed_count[0] = crossings.store(crossing_work, crossed)
+    net_contact.end(net_threads, crossing_work, crossed, crossed_count)
     all_knot_pos[:], all_knot_vel[:] = knot_pos[:, :knots], knot_vel[:, :knots]
     if coasted:
         debris_body.drift(body, debris, debris_matrix, coasted * dt)

@@ -1,0 +1,119 @@
+"""Contact of net with net, or none: which it is is settled when a step is compiled, so that a flight without it has
+nothing to compile for it.
+
+The law is in :mod:`~tethernet_sim.kernels.crossing_law`, what it looks at in :mod:`~tethernet_sim.kernels.crossings`.
+"""
+
+from __future__ import annotations
+
+import inspect
+from typing import Any
+
+from numba.core import types
+from numba.extending import overload
+
+from tethernet_sim.crossing_threads import Crossings, CrossingThreads, NoCrossings
+from tethernet_sim.kernels import crossing_law, crossings
+from tethernet_sim.kernels.options import INLINED, KERNEL
+
+
+def begin(threads: Crossings, width: int, crossed: Any, count: Any) -> Any:
+    """Work space of one scenario; compiled code only, like all of these.
+
+    Args:
+        threads: those that touch.
+        width: room of a row of coordinates.
+        crossed: what touched at the end of the steps before, see State.
+        count: how many (1,).
+    """
+    raise NotImplementedError
+
+
+def look(threads: Crossings, work: Any, numbers: Any, knots: int, pos: Any, vel: Any) -> int:
+    """Make the lists of what is near anew where it is time to. Returns pairs that there must be room for, 0: there
+    is; when there is not, another look must follow after :func:`with_room`.
+    """
+    raise NotImplementedError
+
+
+def with_room(threads: Crossings, work: Any, pairs: int) -> Any:
+    """Work space with room for so many pairs, and what touches."""
+    raise NotImplementedError
+
+
+def push(threads: Crossings, work: Any, numbers: Any, mass: Any, kick: Any, pos: Any, vel: Any) -> None:
+    """Find what touches and what it does to the velocities [m/s], ``vel`` (3, width) as it is."""
+    raise NotImplementedError
+
+
+def react(threads: Crossings, work: Any, vel: Any) -> None:
+    """Change the velocities by what :func:`push` found."""
+    raise NotImplementedError
+
+
+def end(threads: Crossings, work: Any, crossed: Any, count: Any) -> None:
+    """Write down what touches, as much as there is room for, and how much it is."""
+    raise NotImplementedError
+
+
+def _begin(threads, width, crossed, count):
+    work = crossings.workspace(len(threads.ends), width, crossings.room(len(threads.ends), count[0]))
+    work.counts[crossings.RECORDS] = count[0]
+    work.records[: count[0]] = crossed[: count[0]]
+    return work
+
+
+def _look(threads, work, numbers, knots, pos, vel):
+    counts = work.counts
+    if counts[crossings.LOOK_IN] > 0:
+        counts[crossings.LOOK_IN] -= 1
+        return 0
+    needed = crossings.look(work, threads.ends, numbers, knots, pos, vel)
+    if needed == 0:
+        counts[crossings.LOOK_IN] = crossings.LOOK_STEPS - 1
+    return needed
+
+
+def _with_room(threads, work, pairs):
+    return crossings.with_room(work, pairs)
+
+
+def _push(threads, work, numbers, mass, kick, pos, vel):
+    found = crossing_law.find(work, numbers, pos)
+    work.counts[crossings.TOUCHING] = crossing_law.push(work, numbers, mass, kick, pos, vel, found)
+
+
+def _react(threads, work, vel):
+    crossing_law.react(work, work.counts[crossings.TOUCHING], vel)
+
+
+def _end(threads, work, crossed, count):
+    count[0] = crossings.store(work, crossed)
+
+
+_NOTHING = {"begin": "0", "look": "0", "with_room": "work", "push": "None", "react": "None", "end": "None"}
+"""What each function returns where nothing touches."""
+
+
+def _dispatch(function: Any, serve: Any, options: Any) -> None:
+    """Serve a function by another where threads touch, by nothing where none do."""
+    names = ", ".join(inspect.signature(function).parameters)
+
+    def choose(*arguments):
+        threads = arguments[0]
+        kind: Any = threads  # instance_class is what named tuples have; numba's annotations do not know it
+        if not isinstance(threads, types.BaseNamedTuple):
+            return None
+        if kind.instance_class is NoCrossings:
+            return eval(f"lambda {names}: {_NOTHING[function.__name__]}", {})
+        return serve if kind.instance_class is CrossingThreads else None
+
+    # numba compares the signatures.
+    overload(function, jit_options=options)(eval(f"lambda {names}: choose({names})", {"choose": choose}))
+
+
+for _function, _serve, _options in (
+    (begin, _begin, KERNEL), (look, _look, INLINED), (with_room, _with_room, KERNEL), (push, _push, INLINED),
+    (react, _react, INLINED), (end, _end, INLINED),
+):  # fmt: skip
+    _dispatch(_function, _serve, _options)
