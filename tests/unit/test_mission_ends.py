@@ -81,7 +81,8 @@ def assert_fault(record, verdict):
 @pytest.mark.parametrize("launched", [False, True])
 def test_a_simulation_that_diverges_is_a_fault_with_its_own_sentence(tmp_path, launched):
     def tell(record, looks):
-        record.sim = SimpleNamespace(header=header(0.05 * looks), fault=BROKEN if looks > 3 else "")
+        broken = looks > 3 or not launched
+        record.sim = SimpleNamespace(header=header(0.05 * looks), fault=BROKEN if broken else "")
         record.sim.late_commands = record.sim.rejected_commands = record.sim.clipped_commands = [0] * 4
         record.sim.latency_p50 = record.sim.latency_p99 = record.sim.latency_max = 0.0
 
