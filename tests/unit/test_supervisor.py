@@ -236,6 +236,11 @@ def test_nodes_talk_through_the_profile_that_stays_on_this_machine(tmp_path):
     assert [e.text for e in text.iter() if e.tag.endswith("}address")] == ["127.0.0.1", "127.0.0.1"]
     [lease] = [e for e in text.iter() if e.tag.endswith("}leaseDuration")]
     assert float(lease[0].text) > 300.0, "longer than a mission in real time"
+    [announced] = [e for e in text.iter() if e.tag.endswith("}initialAnnouncements")]
+    count, period = announced
+    seconds, nanoseconds = (float(part.text) for part in period)
+    assert seconds + 1e-9 * nanoseconds <= 0.2, "what is lost comes again soon"
+    assert float(count.text) * (seconds + 1e-9 * nanoseconds) >= 3.0, "until all nodes of a mission are there"
 
 
 def test_what_only_the_mission_publishes_is_read_in_its_own_partition_and_written_for_all(tmp_path):
