@@ -146,7 +146,9 @@ def started(make_node: Callable) -> Callable:
 def simulator():
     from tethernet_sim.ros.sim_node import SimNode  # compiles, or loads what was compiled
 
-    return SimNode()
+    node = SimNode()
+    node.make_world()
+    return node
 
 
 NODES: dict[str, tuple[Callable, tuple[str, ...]]] = {

@@ -5,7 +5,10 @@ import sys
 import time
 from typing import ClassVar
 
+import pytest
+
 from tethernet_bringup.mission.conductor import Flight
+from tethernet_bringup.mission.connection_check import ConnectionCheck
 from tethernet_bringup.mission.domain_claim import DomainClaim
 from tethernet_bringup.mission.flight_plan import FlightPlan
 from tethernet_bringup.mission.graph import GraphCheck, Publisher
@@ -154,7 +157,8 @@ class CompilingCrew(Crew):
     def tail(self, name):
         assert name == "sim"
         self.shown += 1
-        return (f"{COMPILING}: about a minute, this once",) if self.shown <= self.looks else (f"{COMPILED} in 50 s",)
+        said = (f"{COMPILING}: about a minute, this once", "[WARN] of its node, which is made meanwhile")
+        return said if self.shown <= self.looks else (*said, f"{COMPILED} in 50 s")
 
 
 class SlowGraph(Graph):
@@ -167,24 +171,50 @@ class SlowGraph(Graph):
         return None
 
 
-def test_a_simulator_that_compiles_is_waited_for_beyond_the_patience_with_nodes(tmp_path):
+class UnansweredGraph(Graph):
+    """Every node is there, none answers, ever."""
+
+    def check_graph(self, endpoints):
+        there = list(endpoints)
+        return GraphCheck(there, *(lambda topic: [e.node for e in there if e.topic == topic] for _ in range(2)))
+
+    def check_connections(self, listeners, onlookers):
+        return ConnectionCheck(listeners, dict.fromkeys(listeners, self), lambda _: 0, onlookers)
+
+    def planner_ready(self):
+        return True
+
+    def ready(self):
+        return True
+
+    def ask(self, _request, _check, _callback):
+        pass
+
+
+@pytest.mark.parametrize(
+    ("graph", "fault"),
+    [(SlowGraph(), "nodes are missing"), (UnansweredGraph(), "nodes do not find each other: planner has not answered")],
+    ids=["its node is not there yet", "its node is there"],
+)
+def test_a_simulator_that_compiles_is_waited_for_beyond_the_patience_with_nodes(tmp_path, graph, fault):
     crew, text = CompilingCrew(tmp_path, looks=200), io.StringIO()
     parameters = dataclasses.replace(load(SupervisorParameters), probe_s=0.01, graph_timeout_s=0.05)
     plan = FlightPlan((), load_system("zenit_8mu"), (), True, 901, 1.0, parameters)
     record = FlightRecord(system=load_system("zenit_8mu"), seed=1, policy="nominal")
-    flight = Flight(plan, crew, Interrupts(), record, Display(text, 2.0), time.monotonic(), lambda _: SlowGraph())
+    flight = Flight(plan, crew, Interrupts(), record, Display(text, 2.0), time.monotonic(), lambda _: graph)
     flight.fly()
     assert crew.shown > crew.looks, "it was waited for as long as it said so"
-    assert record.faults[0].startswith("nodes are missing"), "and then no longer than for any node"
+    assert record.faults[0].startswith(fault), "and then no longer than for any node"
     assert text.getvalue().count(f"sim: {COMPILING}") == 1
 
 
-def test_a_compiler_that_never_ends_is_not_waited_for_for_ever(tmp_path):
+@pytest.mark.parametrize("graph", [SlowGraph(), UnansweredGraph()], ids=["its node is not there yet", "it is there"])
+def test_a_compiler_that_never_ends_is_not_waited_for_for_ever(tmp_path, graph):
     crew = CompilingCrew(tmp_path, looks=10**9)
     parameters = dataclasses.replace(
         load(SupervisorParameters), probe_s=0.01, graph_timeout_s=0.02, compile_timeout_s=0.1
     )
     record = FlightRecord(system=load_system("zenit_8mu"), seed=1, policy="nominal")
     plan = FlightPlan((), load_system("zenit_8mu"), (), True, 902, 1.0, parameters)
-    Flight(plan, crew, Interrupts(), record, Display(io.StringIO(), 2.0), time.monotonic(), lambda _: SlowGraph()).fly()
-    assert record.faults[0].startswith("nodes are missing")
+    Flight(plan, crew, Interrupts(), record, Display(io.StringIO(), 2.0), time.monotonic(), lambda _: graph).fly()
+    assert record.faults[0].startswith("nodes ")

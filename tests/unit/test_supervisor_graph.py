@@ -183,6 +183,17 @@ def test_an_onlooker_is_waited_for_a_moment():
     assert check.update(), "nobody needs it"
 
 
+def test_who_has_not_answered_is_told_from_who_lacks_somebody():
+    class Silent(Node):
+        def ask(self, _request, _check, _callback):
+            pass
+
+    for node, told in ((Node(1), "sim lacks subscribers of odom"), (Silent(2), "sim has not answered")):
+        check = check_of(node, 2)
+        assert not check.update()
+        assert check.describe() == told
+
+
 class Deaf(Node):
     """Whose first answer is lost."""
 

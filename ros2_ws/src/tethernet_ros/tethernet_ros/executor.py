@@ -15,6 +15,8 @@ import signal
 import sys
 from collections.abc import Callable
 from pathlib import Path
+from threading import Thread
+from typing import TypeVar
 
 import rclpy
 from rclpy.executors import Executor, ExternalShutdownException, SingleThreadedExecutor
@@ -35,6 +37,9 @@ STOPPED, FAULT, USAGE = 0, 1, 2
 
 LEAVE_S = 5.0
 _SPIN_S = 1.0  # [s] the EventsExecutor only fires when spun with a time limit
+_SIGNAL_LOOK_S = 0.02
+
+_Made = TypeVar("_Made", bound=Node)
 
 _initialised = _stop_asked = False
 
@@ -75,12 +80,16 @@ def spin(node: Node) -> None:
             executor.spin_until_future_complete(Future(), timeout_sec=_SPIN_S)
 
 
-def run(make_node: Callable[[], Node], args: list[str] | None = None) -> int:
+def run(
+    make_node: Callable[[], _Made], args: list[str] | None = None, complete: Callable[[_Made], None] | None = None
+) -> int:
     """Make a node, spin it until a signal or a fault, clean up.
 
     Args:
         make_node: called once, after rclpy is initialised.
         args: command line with the program's name; default: this process'.
+        complete: what the node still needs when all its endpoints are in the graph, where the others find them
+            meanwhile; until it returns the node answers nothing.
 
     Returns:
         Exit status: 0 stopped by SIGINT or SIGTERM, 1 a fault (logged), 2 bad parameters or arguments (explained on
@@ -104,6 +113,8 @@ def run(make_node: Callable[[], Node], args: list[str] | None = None) -> int:
         _initialised = True
         node = make_node()
         serve_connections(node)
+        if complete is not None:
+            complete(node)
         install_signal_handlers(SignalHandlerOptions.ALL)
         gc.freeze()  # what was imported stays: no collection shall walk through it in the middle of a flight
         spin(node)
@@ -127,6 +138,18 @@ def run(make_node: Callable[[], Node], args: list[str] | None = None) -> int:
         bound_the_end()
         _close(node)
     return STOPPED
+
+
+def outlast(work: Thread) -> None:
+    """Wait, while a node is made or completed, for the end of what another thread does.
+
+    Raises:
+        ExternalShutdownException: when a signal asks to stop meanwhile: :func:`run` then leaves the graph at once.
+    """
+    while work.is_alive():
+        if _stop_asked:
+            raise ExternalShutdownException
+        work.join(_SIGNAL_LOOK_S)
 
 
 def bound_the_end() -> None:

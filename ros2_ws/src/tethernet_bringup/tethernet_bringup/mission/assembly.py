@@ -14,7 +14,7 @@ from tethernet_bringup.mission.outcome import FlightRecord
 from tethernet_bringup.mission.supervisor import Supervisor
 from tethernet_bringup.nodes import RECORDER, SIM
 from tethernet_ros import topics
-from tethernet_sim.compiling import COMPILING
+from tethernet_sim.compiling import COMPILED, COMPILING
 
 
 class Assembly:
@@ -81,18 +81,28 @@ class Assembly:
             for node, pid in connections.pids.items():
                 if self._supervisor.pids.get(node, pid) != pid:
                     raise MissionFaultError(self._crowded(f"another process, {pid}, is node {node}"))
+            if not found and self._compiling():
+                return False
             self._display.live(f"all nodes are there; waiting for {', '.join(connections.missing)} to be heard by all")
             return found
 
         patience, started = plan.parameters.graph_timeout_s, time.monotonic()
+
+        def excused() -> bool:
+            return self._compiling() and time.monotonic() < started + plan.parameters.compile_timeout_s
+
         self._watch.wait(
             complete,
             patience,
             lambda: f"nodes are missing: {graph.describe() or 'no planner service'}",
-            lambda: self._compiling() and time.monotonic() < started + plan.parameters.compile_timeout_s,
+            excused,
         )
         self._watch.wait(
-            connected, patience, lambda: f"nodes do not find each other: {connections.describe()}", every_s=BRISK_S
+            connected,
+            patience,
+            lambda: f"nodes do not find each other: {connections.describe()}",
+            excused,
+            every_s=BRISK_S,
         )
         answering = [node.name for node in plan.processes if node.name != RECORDER and not node.bystander]
         self._watch.pulse = monitor.watch_pulse(answering, plan.parameters.hang_timeout_s)
@@ -102,11 +112,12 @@ class Assembly:
 
     def _compiling(self) -> bool:
         """Whether the simulator says that it is busy with that; the user is told once."""
-        last = self._supervisor.tail(SIM)[-1:]
-        compiling = bool(last) and last[0].startswith(COMPILING)
+        # Its node is made at the same time, and may have something to say too.
+        told = [line for line in self._supervisor.tail(SIM) if line.startswith((COMPILING, COMPILED))]
+        compiling = bool(told) and told[-1].startswith(COMPILING)
         if compiling and not self._told_compiling:
             self._told_compiling = True
-            self._display.note(f"{SIM}: {last[0]}")
+            self._display.note(f"{SIM}: {told[-1]}")
         return compiling
 
     def _crowded(self, sign: str) -> str:

@@ -66,7 +66,10 @@ class ConnectionCheck:
 
     def describe(self) -> str:
         """Who lacks whom, in words."""
-        return "; ".join(f"{node} lacks subscribers of {', '.join(topics)}" for node, topics in self.missing.items())
+        return "; ".join(
+            f"{node} lacks subscribers of {', '.join(topics)}" if node in self.pids else f"{node} has not answered"
+            for node, topics in self.missing.items()
+        )
 
     def _take(self, node: str, told: Connections | MessageError) -> None:
         self._asked_at.pop(node, None)

@@ -8,8 +8,6 @@ if __name__ == "__main__":
     quiet_start()
 
 import functools
-import itertools
-import signal
 import sys
 import time
 
@@ -25,7 +23,6 @@ from tf2_msgs.msg import TFMessage
 from tethernet_control import law
 from tethernet_core.mission import Mission, Phase, seconds_between
 from tethernet_core.mission_gate import MissionGate
-from tethernet_core.parameters import ParameterError, defaults, read_yaml
 from tethernet_core.settings import NANOSECOND_S, ControlParameters
 from tethernet_core.system import load_system
 from tethernet_msgs.msg import NetState, SimStatus
@@ -40,12 +37,12 @@ from tethernet_ros.well_formed import MessageError
 from tethernet_sim.latency import LatencyCount
 from tethernet_sim.loads import Loads
 from tethernet_sim.lockstep import LOOKS, Barrier, CommandBuffer
+from tethernet_sim.ros.kernel_loading import KernelLoading
 from tethernet_sim.ros.markers import Pictures
 from tethernet_sim.ros.messages import BodyOdometry, ClockMessage, NetStateMessage, Transforms, UnitOdometry
 from tethernet_sim.sensors import OdometryNoise
 from tethernet_sim.settings import PhysicsParameters, ScenarioParameters, SimNodeParameters
 from tethernet_sim.state import CHASER, DEBRIS
-from tethernet_sim.warm_up import load_kernels
 from tethernet_sim.world import World, divergence
 
 PLANNER = "planner"
@@ -59,24 +56,20 @@ _WAITING_CLOCK_S = 0.2
 
 
 class SimNode(Node):
-    """Flies one scenario; starts when the planner's launch is confirmed, stops when the mission is over."""
+    """Flies one scenario; starts when the planner's launch is confirmed, stops when the mission is over.
+
+    Made, it is in the graph with all its endpoints; before it may spin it needs :meth:`make_world`.
+    """
 
     PARAMETERS = (SimNodeParameters, ScenarioParameters, ControlParameters, PhysicsParameters)
 
     def __init__(self) -> None:
         super().__init__("sim", **NODE_OPTIONS)
-        self.p, self.scenario, self.control, physics = declare(self, *self.PARAMETERS)
+        self.p, self.scenario, self.control, self._physics = declare(self, *self.PARAMETERS)
         self.system = system = load_system(self.scenario.system)
         mus = system.unit_count
         self.mus = range(1, mus + 1)
-        s = self.scenario
-        position, attitude, rate = (np.array([it]) for it in (s.debris_position, s.debris_attitude, s.debris_rate))
-        self.world = World(system, position, attitude, rate, physics, self.control)
-        self.loads = Loads(self.world)
         self.external = set(self.scenario.external_units(system))
-        for mu in self.external:
-            self.world.external[0, mu - 1] = True
-            self.world.target_pos[0, mu - 1] = self.world.state.mu_pos[0, mu - 1]
         self._heard_ns = dict.fromkeys(self.external, 0)
         """Stamp of the newest odometry of external MUs [ns]."""
         self.noise = OdometryNoise(self.scenario.seed, mus, self.control)
@@ -96,6 +89,16 @@ class SimNode(Node):
         self._door = Door(self)
         self._make_publishers()
         self._make_subscriptions()
+
+    def make_world(self) -> None:
+        """Make what is flown, with the kernels, and tell where the bodies are."""
+        s = self.scenario
+        position, attitude, rate = (np.array([it]) for it in (s.debris_position, s.debris_attitude, s.debris_rate))
+        self.world = World(self.system, position, attitude, rate, self._physics, self.control)
+        self.loads = Loads(self.world)
+        for mu in self.external:
+            self.world.external[0, mu - 1] = True
+            self.world.target_pos[0, mu - 1] = self.world.state.mu_pos[0, mu - 1]
         # Lock-step: looks whether a wait has run out. Real time: the pace itself.
         self._wake_s = self.p.answer_timeout_s / LOOKS if self.lockstep else self.control.control_period_s
         self._timer = self.create_timer(self._wake_s, self._on_timer, clock=RosClock(clock_type=ClockType.STEADY_TIME))
@@ -368,30 +371,18 @@ class SimNode(Node):
 def main(args: list[str] | None = None) -> int:
     """Run the node; see tethernet_ros.executor for the exit status.
 
-    The kernels come first: who sees the node, finds it ready, and until then there is nothing to leave in order. The
-    compiler would not let a handler in Python have its turn.
+    The others find its endpoints while its kernels load, half of the way to launch; it answers them after that.
     """
-    for number in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(number, signal.SIG_DFL)
     args = sys.argv if args is None else args
-    try:
-        load_kernels(lambda text: print(text, flush=True), load_system(named_system(args)))
-    except ParameterError:
-        pass  # the node finds the same, and says so
-    return run(SimNode, args)
+    loading = KernelLoading(args)
 
+    def complete(node: SimNode) -> None:
+        loading.wait()
+        node.make_world()
 
-def named_system(args: list[str]) -> str:
-    """What the command line names as the system, itself or in a parameter file; it must be known before the node is."""
-    name = defaults(ScenarioParameters)["system"]
-    for word, following in itertools.pairwise([*args, ""]):
-        if word == "--params-file":
-            given = read_yaml(following)
-            name = given.get("/**", {}).get("system", name)
-            name = given.get("sim", {}).get("system", name)
-        elif word.startswith("system:="):
-            name = word.removeprefix("system:=")
-    return name
+    status = run(SimNode, args, complete)
+    loading.leave(status)
+    return status
 
 
 if __name__ == "__main__":

@@ -1,0 +1,79 @@
+"""Loading the kernels beside the making of the simulator's node.
+
+A signal has its turn meanwhile: the compiler works in a thread of its own, which is left to itself where the process
+has to end.
+"""
+
+from __future__ import annotations
+
+import itertools
+import os
+import sys
+from collections.abc import Sequence
+from threading import Thread
+
+from tethernet_core.parameters import ParameterError, defaults, read_yaml
+from tethernet_core.system import load_system
+from tethernet_ros.executor import outlast
+from tethernet_sim.settings import ScenarioParameters
+from tethernet_sim.warm_up import load_kernels
+
+
+class KernelLoading:
+    """Loads every kernel that a flight needs from now on; says so where they have to be compiled."""
+
+    def __init__(self, args: Sequence[str]):
+        """Args:
+        args: command line of the simulator's process, which names the system.
+        """
+        self._args = args
+        self._error: Exception | None = None
+        self._thread = Thread(target=self._load, name="kernels", daemon=True)
+        self._thread.start()
+
+    def wait(self) -> None:
+        """Wait until all are there.
+
+        Raises:
+            ExternalShutdownException: when a signal asks to stop meanwhile.
+            Exception: why they cannot be loaded.
+        """
+        outlast(self._thread)
+        if self._error is not None:
+            raise self._error
+
+    def leave(self, status: int) -> None:
+        """End the process where they are still being loaded: the interpreter cannot end beside a compiler at work.
+
+        Args:
+            status: its exit status.
+        """
+        if self._thread.is_alive():
+            sys.stdout.flush()
+            sys.stderr.flush()
+            os._exit(status)
+
+    def _load(self) -> None:
+        try:
+            load_kernels(lambda text: print(text, flush=True), load_system(named_system(self._args)))
+        except ParameterError:
+            pass  # the node finds the same, and says so
+        except Exception as error:  # told by whoever waits
+            self._error = error
+
+
+def named_system(args: Sequence[str]) -> str:
+    """What the command line names as the system, itself or in a parameter file; it must be known before the node is.
+
+    Raises:
+        ParameterError: when a parameter file cannot be read.
+    """
+    name: str = defaults(ScenarioParameters)["system"]
+    for word, following in itertools.pairwise([*args, ""]):
+        if word == "--params-file":
+            given = read_yaml(following)
+            name = given.get("/**", {}).get("system", name)
+            name = given.get("sim", {}).get("system", name)
+        elif word.startswith("system:="):
+            name = word.removeprefix("system:=")
+    return name
