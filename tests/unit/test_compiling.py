@@ -53,7 +53,7 @@ def test_a_flight_without_contact_of_net_with_net_compiles_nothing_of_it(tmp_pat
     code = """
 import numba
 import numpy as np
-from tethernet_sim.crossing_threads import CrossingThreads, no_crossings
+from tethernet_sim.kernels.crossing_kinds import CrossingThreads, no_crossings
 from tethernet_sim.kernels import crossing_law, crossings, net_contact
 
 def step(threads, crossed, count, pos):

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import numpy as np
 
 from tethernet_core.system import System
+from tethernet_sim.kernels.crossing_kinds import CrossingThreads
 
 GRIP_SHARE = 0.03
 """Stiffness of the friction between two threads, as a share of their contact's: it acts along the threads too, where
@@ -15,28 +14,6 @@ AT_ONCE = 8
 """Threads that press on one thread at the same time, at most, as far as the largest stable step is concerned."""
 _BITS = 10
 """Of a place along one axis."""
-
-
-class CrossingThreads(NamedTuple):
-    """The threads of a net that touch each other."""
-
-    ends: np.ndarray  # (X, 2) knots at the ends of each
-
-
-class NoCrossings(NamedTuple):
-    """The same of a net whose threads pass through each other: of a type of its own, so that a flight of such a net is
-    compiled without their contact.
-    """
-
-    ends: np.ndarray  # (0, 2)
-
-
-Crossings = CrossingThreads | NoCrossings
-
-
-def no_crossings() -> NoCrossings:
-    """No threads."""
-    return NoCrossings(np.zeros((0, 2), np.int64))
 
 
 def crossing_threads(system: System) -> CrossingThreads:

@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from tethernet_core.system import System
-from tethernet_sim.crossing_threads import GRIP_SHARE, Crossings, crossing_threads, no_crossings
+from tethernet_sim.crossing_threads import GRIP_SHARE, crossing_threads
+from tethernet_sim.kernels.crossing_kinds import Crossings, no_crossings
 from tethernet_sim.settings import THREADS, PhysicsParameters
 from tethernet_sim.touching_threads import TouchingThreads, touching_threads
 

@@ -20,6 +20,7 @@ from tethernet_sim.compiling import compiling_said
 
 if TYPE_CHECKING:
     from tethernet_core.system import System
+    from tethernet_sim.settings import PhysicsParameters
 
 
 _CYLINDERS = ("zenit_4mu", "zenit_8mu", "hexagonal_6mu")
@@ -51,13 +52,14 @@ def main(systems: Sequence[str] = ()) -> int:
     return 0
 
 
-def load_kernels(say: Callable[[str], None], system: System) -> None:
+def load_kernels(say: Callable[[str], None], system: System, physics: PhysicsParameters | None = None) -> None:
     """Load every kernel that a flight needs, and compile what numba's cache has not: about a minute.
 
     Args:
         say: see :func:`~tethernet_sim.compiling.compiling_said`. A watcher so knows that this process is not dead but
             busy.
         system: that is flown: another net may need another engine.
+        physics: with which: contact of net with net has kernels of its own; default: the system's.
     """
     import numpy as np
 
@@ -74,7 +76,7 @@ def load_kernels(say: Callable[[str], None], system: System) -> None:
             np.array([scenario.debris_position]),
             np.array([scenario.debris_attitude]),
             np.array([scenario.debris_rate]),
-            physics=load(PhysicsParameters, system.parameters.get("physics")),
+            physics=load(PhysicsParameters, system.parameters.get("physics")) if physics is None else physics,
             control=load(ControlParameters, system.parameters.get("control")),
         )
         world.begin_closing(0)

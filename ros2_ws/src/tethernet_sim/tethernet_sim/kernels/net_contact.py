@@ -12,8 +12,8 @@ from typing import Any
 from numba.core import types
 from numba.extending import overload
 
-from tethernet_sim.crossing_threads import Crossings, CrossingThreads, NoCrossings
 from tethernet_sim.kernels import crossing_law, crossings
+from tethernet_sim.kernels.crossing_kinds import Crossings, CrossingThreads, NoCrossings
 from tethernet_sim.kernels.options import INLINED, KERNEL
 
 

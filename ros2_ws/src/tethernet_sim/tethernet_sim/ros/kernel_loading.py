@@ -12,11 +12,14 @@ import sys
 from collections.abc import Sequence
 from threading import Thread
 
-from tethernet_core.parameters import ParameterError, defaults, read_yaml
+from tethernet_core.parameters import ParameterError, defaults, load, read_yaml
 from tethernet_core.system import load_system
 from tethernet_ros.executor import outlast
-from tethernet_sim.settings import ScenarioParameters
+from tethernet_sim.settings import PhysicsParameters, ScenarioParameters
 from tethernet_sim.warm_up import load_kernels
+
+NET_CONTACT = "net_contact"
+"""The parameter of the physics that kernels hang on."""
 
 
 class KernelLoading:
@@ -55,25 +58,34 @@ class KernelLoading:
 
     def _load(self) -> None:
         try:
-            load_kernels(lambda text: print(text, flush=True), load_system(named_system(self._args)))
+            system = load_system(str(named(self._args, "system", defaults(ScenarioParameters)["system"])))
+            physics = system.parameters.get("physics", {})
+            contact = named(self._args, NET_CONTACT, physics.get(NET_CONTACT))
+            given = physics if contact is None else {**physics, NET_CONTACT: contact}
+            load_kernels(lambda text: print(text, flush=True), system, load(PhysicsParameters, given))
         except ParameterError:
             pass  # the node finds the same, and says so
         except Exception as error:  # told by whoever waits
             self._error = error
 
 
-def named_system(args: Sequence[str]) -> str:
-    """What the command line names as the system, itself or in a parameter file; it must be known before the node is.
+def named(args: Sequence[str], entry: str, default: object) -> object:
+    """What the command line gives for a parameter, itself or in a parameter file: before the node is, which reads all.
+
+    Args:
+        args: the command line.
+        entry: name of the parameter.
+        default: where it is not given.
 
     Raises:
         ParameterError: when a parameter file cannot be read.
     """
-    name: str = defaults(ScenarioParameters)["system"]
+    value = default
     for word, following in itertools.pairwise([*args, ""]):
         if word == "--params-file":
             given = read_yaml(following)
-            name = given.get("/**", {}).get("system", name)
-            name = given.get("sim", {}).get("system", name)
-        elif word.startswith("system:="):
-            name = word.removeprefix("system:=")
-    return name
+            value = given.get("/**", {}).get(entry, value)
+            value = given.get("sim", {}).get(entry, value)
+        elif word.startswith(f"{entry}:="):
+            value = word.removeprefix(f"{entry}:=")
+    return value
