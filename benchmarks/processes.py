@@ -25,8 +25,8 @@ class CpuSampler:
         """When watching began [s], time.monotonic."""
         self._pid = pid
         self._period = period_s
-        self._samples: list[tuple[float, dict[str, float]]] = []
-        self._names: dict[int, str] = {}
+        self._samples: list[tuple[float, dict[int, float]]] = []
+        self._names = {pid: "command"}
         self._done = threading.Event()
         self._thread = threading.Thread(target=self._watch, daemon=True)
 
@@ -50,13 +50,19 @@ class CpuSampler:
         known = [(self.began, {}), *self._samples]
         first = min(known, key=lambda sample: abs(sample[0] - begin))[1]
         last = min(self._samples, key=lambda sample: abs(sample[0] - end))[1]
-        return {name: seconds - first.get(name, 0.0) for name, seconds in last.items()}
+        used: dict[str, float] = {}
+        for pid, seconds in last.items():
+            name = self._names.get(pid, f"process {pid}")
+            used[name] = used.get(name, 0.0) + seconds - first.get(pid, 0.0)
+        return used
 
     def _watch(self) -> None:
+        used: dict[int, float] = {}
         while not self._done.wait(self._period):
-            self._samples.append((time.monotonic(), self._look()))
+            used |= self._look()  # what a process that has ended used stays
+            self._samples.append((time.monotonic(), dict(used)))
 
-    def _look(self) -> dict[str, float]:
+    def _look(self) -> dict[int, float]:
         parents, used = {}, {}
         for entry in Path("/proc").iterdir():
             if entry.name.isdigit():
@@ -74,19 +80,15 @@ class CpuSampler:
                 ancestor = parents[ancestor]
             if ancestor in family:
                 family.add(pid)
-        return {self._name(pid): used[pid] for pid in family if pid in used}
+        for pid in family - self._names.keys():
+            self._find_name(pid)
+        return {pid: used[pid] for pid in family if pid in used}
 
-    def _name(self, pid: int) -> str:
-        """The node's name where the process is one, from its command line; else what it is to this program."""
-        if pid == self._pid:
-            return "command"
-        if pid not in self._names:
-            try:
-                words = Path(f"/proc/{pid}/cmdline").read_bytes().decode(errors="replace")
-            except OSError:
-                words = ""
-            node = _NODE.search(words)
-            if node is None:
-                return f"process {pid}"  # perhaps not yet what it is about to be
+    def _find_name(self, pid: int) -> None:
+        """Note the node's name where the process is one, from its command line, or what it is to this program."""
+        try:
+            words = Path(f"/proc/{pid}/cmdline").read_bytes().decode(errors="replace")
+        except OSError:
+            return
+        if node := _NODE.search(words):  # else perhaps not yet what it is about to be
             self._names[pid] = node[1]
-        return self._names[pid]
