@@ -35,14 +35,19 @@ def add_flight(parser: argparse.ArgumentParser) -> None:
 
 
 def add_parameters(parser: argparse.ArgumentParser, more: str = "") -> None:
-    """Add the option ``set``.
+    """Add the option ``set``, and those of the hold test.
 
     Args:
         parser: gets it.
         more: to be said in its help.
     """
-    parser.add_argument("--set", nargs="+", action="extend", default=[], metavar=METAVAR, help=HELP + more)
+    add_set(parser, more)
     add_hold(parser)
+
+
+def add_set(parser: argparse.ArgumentParser, more: str = "") -> None:
+    """Add the option ``set`` alone; arguments as of :func:`add_parameters`."""
+    parser.add_argument("--set", nargs="+", action="extend", default=[], metavar=METAVAR, help=HELP + more)
 
 
 def add_hold(parser: argparse.ArgumentParser) -> None:

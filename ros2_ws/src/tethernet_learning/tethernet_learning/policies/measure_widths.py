@@ -14,26 +14,27 @@ import numpy as np
 from tethernet_core.subcommand import Parser, Subcommand, number, whole_number
 from tethernet_core.system import System
 from tethernet_core.system.option import add_system, chosen_system
+from tethernet_learning.flight_settings import Flight, add_set, flights_of
 from tethernet_learning.flown import from_outcomes
 from tethernet_learning.random_scenarios import random_scenarios
 from tethernet_learning.run_progress import Progress
 from tethernet_learning.seeds import Purpose
 from tethernet_planner.inference.task import aimed_task_of
-from tethernet_sim.fly import Settings, fly_many
+from tethernet_sim.fly import fly_many
 
 FACTORS = (0.6, 0.65, 0.7, 0.8, 0.9, 0.97, 1.0, 1.02, 1.04, 1.1)
 HEAD = "| width | captured | fuel per MU, kg | until the trigger, kg | trigger, s | mouth, m^2 |"
 
 
-def measure(system: System, factor: float, count: int, seed: int, settings: Settings) -> dict[str, float]:
+def measure(system: System, factor: float, count: int, seed: int, flight: Flight) -> dict[str, float]:
     """Fly nominal points that are all moved by one factor.
 
     Args:
-        system: that is flown.
+        system: that is aimed for, as it is described.
         factor: distance from the middle, as a share of the nominal one.
         count: scenarios, the same for every factor.
         seed: of the scenarios.
-        settings: of the flights.
+        flight: how it is flown.
 
     Returns:
         Means over the scenarios: share ``captured``, ``fuel_kg`` and ``fuel_at_trigger_kg`` per MU [kg],
@@ -41,9 +42,10 @@ def measure(system: System, factor: float, count: int, seed: int, settings: Sett
     """
     moved = (factor - 1.0) * system.aiming.offsets
     offsets = tuple(map(tuple, moved.tolist()))
-    scenarios = random_scenarios(system, Purpose.OFFSET_OPTIMISATION, seed, 0, count)
-    outcomes = fly_many([dataclasses.replace(s, aiming_offsets=offsets) for s in scenarios], settings)
-    flown = from_outcomes(outcomes, scenarios[0].system)
+    drawn = random_scenarios(system, Purpose.OFFSET_OPTIMISATION, seed, 0, count)
+    scenarios = [dataclasses.replace(s, system=flight.system, aiming_offsets=offsets) for s in drawn]
+    outcomes = fly_many(scenarios, flight.settings)
+    flown = from_outcomes(outcomes, flight.system)
     times = [outcome.trigger_time_s for outcome in outcomes if outcome.trigger_time_s is not None]
     return {
         "captured": float(flown.captured.mean()),
@@ -58,11 +60,11 @@ def run(options: argparse.Namespace) -> None:
     """Measure and print a table."""
     system = chosen_system(options)
     aimed_task_of(system)  # there must be units
-    settings = Settings.load(system)
+    flight = flights_of(options.set, [system])[system]
     with Progress("widths", len(options.factors)) as progress:
         progress.print(HEAD + "\n|" + "---|" * (HEAD.count("|") - 1))
         for number_, factor in enumerate(options.factors, 1):
-            r = measure(system, factor, options.scenarios, options.seed, settings)
+            r = measure(system, factor, options.scenarios, options.seed, flight)
             progress.print(
                 f"| {factor:g} | {100 * r['captured']:.0f} % | {r['fuel_kg']:.5f} | {r['fuel_at_trigger_kg']:.5f} | "
                 f"{r['trigger_time_s']:.2f} | {r['mouth_area_m2']:.0f} |"
@@ -79,9 +81,10 @@ def _add_arguments(parser: Parser) -> None:
     )  # fmt: skip
     add("--scenarios", type=whole_number(1), default=16, metavar="N", help="for each factor, default 16")
     add("--seed", type=whole_number(0), default=0, metavar="N", help="of the scenarios, default 0")
+    add_set(parser)
 
 
 COMMAND = Subcommand(
     "Fly the nominal aiming points moved towards the middle and away from it, in full.",
-    ("--mus 4", "--system zenit_8mu --factors 0.9 1 1.1 --scenarios 4"), run, _add_arguments,
+    ("--mus 4", "--system zenit_8mu --factors 0.9 1 1.1 --set control.follow_through_m=0"), run, _add_arguments,
 )  # fmt: skip
