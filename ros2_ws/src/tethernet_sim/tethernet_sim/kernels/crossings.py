@@ -25,7 +25,7 @@ from tethernet_sim.kernels.rows import padded
 
 LOOK_STEPS = 5
 """Steps between two looks at how far the knots have come."""
-LIST_S, NEAR_S = 0.02, 0.002
+LIST_S, NEAR_S = 0.01, 0.002
 """For how long each list serves if all knots go on as they do [s]."""
 LIST_LEAVE_M, NEAR_LEAVE_M = 0.004, 0.0005
 """What a knot may come away in any case [m]."""

@@ -2,13 +2,9 @@
 
 from __future__ import annotations
 
-import inspect
 from typing import Any
 
-from numba.core import types
-from numba.extending import overload
-
-from tethernet_sim.kernels import cylinder_body, general_body
+from tethernet_sim.kernels import cylinder_body, dispatch, general_body
 from tethernet_sim.kernels.options import INLINED
 
 _KERNELS = {cylinder_body.CylinderBody: cylinder_body, general_body.GeneralBody: general_body}
@@ -82,25 +78,7 @@ def step(body: Body, state: Any, matrix: Any, duration: float) -> None:
     raise NotImplementedError
 
 
-def _dispatch(function: Any) -> None:
-    """Serve a function by that of the same name beside the body's type."""
-    names = ", ".join(inspect.signature(function).parameters)
-
-    def choose(*arguments):
-        body = arguments[0]
-        kind: Any = body  # instance_class is what named tuples have; numba's annotations do not know it
-        module = _KERNELS.get(kind.instance_class) if isinstance(body, types.BaseNamedTuple) else None
-        if module is None:
-            return None
-        namespace = {"serve": getattr(module, function.__name__)}
-        return eval(f"lambda {names}: serve({names})", namespace)
-
-    # numba compares the signatures.
-    namespace = {"choose": choose}
-    overload(function, jit_options=INLINED)(eval(f"lambda {names}: choose({names})", namespace))
-
-
 for _function in (
     surface, reach, farthest, frame, inflated, within, parts, span, part_surface, decides, rate, drift, step
 ):  # fmt: skip
-    _dispatch(_function)
+    dispatch.serve_by_module(_function, _KERNELS, INLINED)

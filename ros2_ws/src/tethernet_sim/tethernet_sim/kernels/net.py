@@ -4,10 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from numba.core import types
-from numba.extending import overload
-
-from tethernet_sim.kernels import edge_list, grid
+from tethernet_sim.kernels import dispatch, edge_list, grid
 from tethernet_sim.kernels.options import INLINED, KERNEL
 
 _KERNELS = {grid.Grid: grid, edge_list.EdgeList: edge_list}
@@ -32,32 +29,5 @@ def apply(net: Any, work: Any, pos: Any, vel: Any, kick: Any, time_step: float) 
     raise NotImplementedError
 
 
-def _module_of(net: Any) -> Any:
-    kind: Any = net  # instance_class is what named tuples have; numba's annotations do not know it
-    return _KERNELS.get(kind.instance_class) if isinstance(net, types.BaseNamedTuple) else None
-
-
-@overload(workspace, jit_options=KERNEL)
-def _workspace(net, width):
-    module = _module_of(net)
-    if module is None:
-        return None
-    serve = module.workspace
-
-    def implementation(net, width):
-        return serve(net, width)
-
-    return implementation
-
-
-@overload(apply, jit_options=INLINED)
-def _apply(net, work, pos, vel, kick, time_step):
-    module = _module_of(net)
-    if module is None:
-        return None
-    serve = module.apply
-
-    def implementation(net, work, pos, vel, kick, time_step):
-        serve(net, work, pos, vel, kick, time_step)
-
-    return implementation
+for _function, _options in ((workspace, KERNEL), (apply, INLINED)):
+    dispatch.serve_by_module(_function, _KERNELS, _options)

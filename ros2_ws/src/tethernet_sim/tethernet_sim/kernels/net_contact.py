@@ -6,13 +6,9 @@ The law is in :mod:`~tethernet_sim.kernels.crossing_law`, what it looks at in :m
 
 from __future__ import annotations
 
-import inspect
 from typing import Any
 
-from numba.core import types
-from numba.extending import overload
-
-from tethernet_sim.kernels import crossing_law, crossings
+from tethernet_sim.kernels import crossing_law, crossings, dispatch
 from tethernet_sim.kernels.crossing_kinds import Crossings, CrossingThreads, NoCrossings
 from tethernet_sim.kernels.options import INLINED, KERNEL
 
@@ -31,7 +27,7 @@ def begin(threads: Crossings, width: int, crossed: Any, count: Any) -> Any:
 
 def look(threads: Crossings, work: Any, numbers: Any, knots: int, pos: Any, vel: Any) -> int:
     """Make the lists of what is near anew where it is time to. Returns pairs that there must be room for, 0: there
-    is; when there is not, another look must follow after :func:`with_room`.
+    is; where there is not, the same look must follow with the work space of :func:`with_room`.
     """
     raise NotImplementedError
 
@@ -91,29 +87,14 @@ def _end(threads, work, crossed, count):
     count[0] = crossings.store(work, crossed)
 
 
-_NOTHING = {"begin": "0", "look": "0", "with_room": "work", "push": "None", "react": "None", "end": "None"}
-"""What each function returns where nothing touches."""
+def _serve(function: Any, kernel: Any, nothing: str, options: Any) -> None:
+    """Serve a function by a kernel where threads touch, by the value of an expression where none do."""
+    kernels = {CrossingThreads: kernel, NoCrossings: dispatch.constant(function, nothing)}
+    dispatch.serve(function, kernels.get, options)
 
 
-def _dispatch(function: Any, serve: Any, options: Any) -> None:
-    """Serve a function by another where threads touch, by nothing where none do."""
-    names = ", ".join(inspect.signature(function).parameters)
-
-    def choose(*arguments):
-        threads = arguments[0]
-        kind: Any = threads  # instance_class is what named tuples have; numba's annotations do not know it
-        if not isinstance(threads, types.BaseNamedTuple):
-            return None
-        if kind.instance_class is NoCrossings:
-            return eval(f"lambda {names}: {_NOTHING[function.__name__]}", {})
-        return serve if kind.instance_class is CrossingThreads else None
-
-    # numba compares the signatures.
-    overload(function, jit_options=options)(eval(f"lambda {names}: choose({names})", {"choose": choose}))
-
-
-for _function, _serve, _options in (
-    (begin, _begin, KERNEL), (look, _look, INLINED), (with_room, _with_room, KERNEL), (push, _push, INLINED),
-    (react, _react, INLINED), (end, _end, INLINED),
+for _function, _kernel, _nothing, _options in (
+    (begin, _begin, "0", KERNEL), (look, _look, "0", INLINED), (with_room, _with_room, "work", KERNEL),
+    (push, _push, "None", INLINED), (react, _react, "None", INLINED), (end, _end, "None", INLINED),
 ):  # fmt: skip
-    _dispatch(_function, _serve, _options)
+    _serve(_function, _kernel, _nothing, _options)

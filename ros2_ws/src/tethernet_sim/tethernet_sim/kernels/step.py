@@ -181,152 +181,164 @@ def advance_scenario(
     knot_pos, knot_vel = aligned_rows(width), aligned_rows(width)
     knot_pos[:, :knots], knot_vel[:, :knots] = all_knot_pos, all_knot_vel
 
-    for step in range(steps):
-        # 1. Contact search. Debris without candidates coasts; it is moved just before the next search.
-        if search_in == 0:
-            if coasted:
-                debris_body.drift(body, debris, debris_matrix, coasted * dt)
-                coasted = 0
-            debris_body.rate(body, debris, debris_matrix, rate)
-            spin = math.sqrt(rate[0] * rate[0] + rate[1] * rate[1] + rate[2] * rate[2])
-            farthest = debris_body.farthest(body)
-            speed = contact.fastest(knot_vel, mu_vel, knots, debris, spin, farthest, squared, ordered)
-            contact.store_bristles(bristle, near, near_count, held)
-            near_knots, near_count, search_in = contact.find_candidates(
-                knot_pos, mu_pos, body, debris, debris_matrix, numbers, speed, near, squared, ordered, near_flags,
-                near_blocks, busy,
-            )  # fmt: skip
-            contact.fetch_bristles(bristle, near, near_count, held)
-            if segments:
-                former = points
-                thread_contact.store_bristles(bristle, points_of_threads, former)
-                points = 0
-                if search_in > contact.NEAR_STEPS:
-                    searches_left = 0
-                else:
-                    if searches_left == 0:
-                        searches_left = thread_points.LIST_SEARCHES
-                        listed = thread_points.list_segments(
-                            points_of_threads, arrays, segments if closing else numbers.open_segments, knot_pos, mu_pos,
-                            body, debris, debris_matrix, numbers,
-                            speed * searches_left * contact.NEAR_STEPS * dt,
-                        )  # fmt: skip
-                    searches_left -= 1
-                    step_reach = speed * dt
-                    points = thread_points.find_points(
-                        points_of_threads, arrays, listed, knot_pos, mu_pos, body, debris, debris_matrix, numbers,
-                        speed * contact.NEAR_STEPS * dt,
-                    )  # fmt: skip
-                thread_contact.fetch_bristles(bristle, points_of_threads, points, former)
-                if step == 0:  # the points of the steps flown before are not known any more
-                    thread_contact.forget_bristles(bristle, knots + mus)
-            search_in = max(search_in, 1)
-            if closing:
-                # Each of two particles may be as fast as that, and the chaser as it is.
-                margin = 2.0 * search_in * dt * speed
-                near_meeting = collisions.near_pairs(arrays, knot_pos, mu_pos, knots, margin, meeting)
-                margin += search_in * dt * collisions.relative_speed(chaser, debris)
-                near_chaser = collisions.near_chaser(knot_pos, mu_pos, knots, numbers, chaser, margin, at_chaser)
-        search_in -= 1
-
-        # 2. Forces, all from the state at the beginning of the step.
-        for m in range(mus):
-            for axis in range(3):
-                mu_force[m, axis] = thrust[m, axis]
-        if any_external:
-            follow_targets(
-                arrays.coupling_stiffness, arrays.coupling_damping, external, step * dt, target_pos, target_vel,
-                mu_pos, mu_vel, mu_force,
-            )  # fmt: skip
-        mu_threads(knot_pos, knot_vel, mu_pos, mu_vel, mu_knot, mu_thread, mu_stiffness, mu_damping, mu_force, pulls)
-        if closing:
-            if center >= 0:
-                rigid_body.angular_rate(chaser, chaser_matrix, numbers.chaser_inertia, numbers.chaser_inertia, rate)
-                tether_force(
-                    knot_pos, knot_vel, chaser, chaser_matrix, rate, numbers, tether_length, tether_pull, torque
-                )
-            pairs.pair_forces(
-                knot_pos, knot_vel, mu_pos, mu_vel, all_pairs, arrays.pair_winch, arrays.winch_begin, pair_length,
-                locked, winch_length, joint_damping, numbers, pair_span, pair_forces,
-            )  # fmt: skip
-            collisions.units(arrays, numbers, meeting, near_meeting, mu_pos, mu_vel, mu_force)
-            if near_chaser:
-                rigid_body.angular_rate(chaser, chaser_matrix, numbers.chaser_inertia, numbers.chaser_inertia, rate)
-            collisions.on_chaser(
-                arrays, numbers, at_chaser, near_chaser, knot_pos, knot_vel, mu_pos, mu_vel, chaser, chaser_matrix,
-                rate, pushes, chaser_push, chaser_twist,
-            )  # fmt: skip
-        needed = net_contact.look(net_threads, crossing_work, numbers, knots, knot_pos, knot_vel)
+    # A name that changes from step to step would have its arrays' references counted in each.
+    flown, needed = 0, 0
+    while flown < steps:
         if needed:
             crossing_work = net_contact.with_room(net_threads, crossing_work, 2 * needed)
-            net_contact.look(net_threads, crossing_work, numbers, knots, knot_pos, knot_vel)
-        net_contact.push(net_threads, crossing_work, numbers, mass, kick, knot_pos, knot_vel)
-        contacts = 0
-        if near_count + points:
-            for axis in range(3):
-                debris_force[axis], debris_torque[axis] = 0.0, 0.0
-            debris_body.rate(body, debris, debris_matrix, rate)
-            touching_knots, touching_count = contact.find_touching(
-                knot_pos, mu_pos, body, debris, debris_matrix, numbers, near, near_knots, near_count, held, kept,
-                touching,
-            )  # fmt: skip
-            contact.gather(
-                knot_pos, knot_vel, mu_pos, mu_vel, debris, contact_damping, arrays.mu_radius, numbers, near, held,
-                touching, touching_knots, touching_count, work,
-            )  # fmt: skip
-            filled = contact.fill_up(work, touching_count)
-            contacts = contact.contact_forces(
-                work, filled, body, debris, debris_matrix, rate, numbers, False, debris_force, debris_torque
-            )
-            if points:
-                active = thread_contact.gather(
-                    points_of_threads, points, knot_pos, knot_vel, mu_pos, mu_vel, body, debris, debris_matrix, knots,
-                    step_reach * (contact.NEAR_STEPS - search_in), work_of_threads,
-                )  # fmt: skip
-                filled = contact.fill_up(work_of_threads, active)
-                contacts += contact.contact_forces(
-                    work_of_threads, filled, body, debris, debris_matrix, rate, numbers, True, debris_force,
-                    debris_torque,
-                )  # fmt: skip
+        for step in range(flown, steps):
+            needed = net_contact.look(net_threads, crossing_work, numbers, knots, knot_pos, knot_vel)
+            if needed:
+                break
+            flown += 1
 
-        # 3. Velocities. The net's threads come first, because they find their forces themselves.
-        net.apply(threads, thread_work, knot_pos, knot_vel, kick, dt)
-        net_contact.react(net_threads, crossing_work, knot_vel)
-        for m in range(mus):
-            knot = mu_knot[m]
-            for axis in range(3):
-                knot_vel[axis, knot] += kick[knot] * pulls[m, axis]
-        if closing:
-            for axis in range(3):
-                force[axis] = chaser_force[axis] + chaser_push[axis]
-                chaser_twist[axis] += torque[axis]
-            if center >= 0:
+            # 1. Contact search. Debris without candidates coasts; it is moved just before the next search.
+            if search_in == 0:
+                if coasted:
+                    debris_body.drift(body, debris, debris_matrix, coasted * dt)
+                    coasted = 0
+                debris_body.rate(body, debris, debris_matrix, rate)
+                spin = math.sqrt(rate[0] * rate[0] + rate[1] * rate[1] + rate[2] * rate[2])
+                farthest = debris_body.farthest(body)
+                speed = contact.fastest(knot_vel, mu_vel, knots, debris, spin, farthest, squared, ordered)
+                contact.store_bristles(bristle, near, near_count, held)
+                near_knots, near_count, search_in = contact.find_candidates(
+                    knot_pos, mu_pos, body, debris, debris_matrix, numbers, speed, near, squared, ordered, near_flags,
+                    near_blocks, busy,
+                )  # fmt: skip
+                contact.fetch_bristles(bristle, near, near_count, held)
+                if segments:
+                    former = points
+                    thread_contact.store_bristles(bristle, points_of_threads, former)
+                    points = 0
+                    if search_in > contact.NEAR_STEPS:
+                        searches_left = 0
+                    else:
+                        if searches_left == 0:
+                            searches_left = thread_points.LIST_SEARCHES
+                            listed = thread_points.list_segments(
+                                points_of_threads, arrays, segments if closing else numbers.open_segments, knot_pos,
+                                mu_pos, body, debris, debris_matrix, numbers,
+                                speed * searches_left * contact.NEAR_STEPS * dt,
+                            )  # fmt: skip
+                        searches_left -= 1
+                        step_reach = speed * dt
+                        points = thread_points.find_points(
+                            points_of_threads, arrays, listed, knot_pos, mu_pos, body, debris, debris_matrix, numbers,
+                            speed * contact.NEAR_STEPS * dt,
+                        )  # fmt: skip
+                    thread_contact.fetch_bristles(bristle, points_of_threads, points, former)
+                    if step == 0:  # the points of the steps flown before are not known any more
+                        thread_contact.forget_bristles(bristle, knots + mus)
+                search_in = max(search_in, 1)
+                if closing:
+                    # Each of two particles may be as fast as that, and the chaser as it is.
+                    margin = 2.0 * search_in * dt * speed
+                    near_meeting = collisions.near_pairs(arrays, knot_pos, mu_pos, knots, margin, meeting)
+                    margin += search_in * dt * collisions.relative_speed(chaser, debris)
+                    near_chaser = collisions.near_chaser(knot_pos, mu_pos, knots, numbers, chaser, margin, at_chaser)
+            search_in -= 1
+
+            # 2. Forces, all from the state at the beginning of the step.
+            for m in range(mus):
                 for axis in range(3):
-                    knot_vel[axis, center] += kick[center] * pulls[mus, axis]
-                    force[axis] -= pulls[mus, axis]
-            rigid_body.kick(chaser, numbers.chaser_mass, force, chaser_twist, dt)
-            collisions.react(at_chaser, near_chaser, pushes, kick, knots, knot_vel, mu_force)
-            pairs.apply(all_pairs, pair_forces, kick, knots, knot_vel, mu_force)
-        if near_count + points:
-            contact.react(near, held, touching, touching_knots, touching_count, work, kick, knots, knot_vel, mu_force)
-            if points:
-                thread_contact.react(
-                    points_of_threads, active, work_of_threads, kick, knots, knot_vel, mu_force, dt
+                    mu_force[m, axis] = thrust[m, axis]
+            if any_external:
+                follow_targets(
+                    arrays.coupling_stiffness, arrays.coupling_damping, external, step * dt, target_pos, target_vel,
+                    mu_pos, mu_vel, mu_force,
                 )  # fmt: skip
-            rigid_body.kick(debris, body.mass, debris_force, debris_torque, dt)
+            mu_threads(
+                knot_pos, knot_vel, mu_pos, mu_vel, mu_knot, mu_thread, mu_stiffness, mu_damping, mu_force, pulls
+            )
+            if closing:
+                if center >= 0:
+                    rigid_body.angular_rate(chaser, chaser_matrix, numbers.chaser_inertia, numbers.chaser_inertia, rate)
+                    tether_force(
+                        knot_pos, knot_vel, chaser, chaser_matrix, rate, numbers, tether_length, tether_pull, torque
+                    )
+                pairs.pair_forces(
+                    knot_pos, knot_vel, mu_pos, mu_vel, all_pairs, arrays.pair_winch, arrays.winch_begin, pair_length,
+                    locked, winch_length, joint_damping, numbers, pair_span, pair_forces,
+                )  # fmt: skip
+                collisions.units(arrays, numbers, meeting, near_meeting, mu_pos, mu_vel, mu_force)
+                if near_chaser:
+                    rigid_body.angular_rate(chaser, chaser_matrix, numbers.chaser_inertia, numbers.chaser_inertia, rate)
+                collisions.on_chaser(
+                    arrays, numbers, at_chaser, near_chaser, knot_pos, knot_vel, mu_pos, mu_vel, chaser, chaser_matrix,
+                    rate, pushes, chaser_push, chaser_twist,
+                )  # fmt: skip
+            net_contact.push(net_threads, crossing_work, numbers, mass, kick, knot_pos, knot_vel)
+            contacts = 0
+            if near_count + points:
+                for axis in range(3):
+                    debris_force[axis], debris_torque[axis] = 0.0, 0.0
+                debris_body.rate(body, debris, debris_matrix, rate)
+                touching_knots, touching_count = contact.find_touching(
+                    knot_pos, mu_pos, body, debris, debris_matrix, numbers, near, near_knots, near_count, held, kept,
+                    touching,
+                )  # fmt: skip
+                contact.gather(
+                    knot_pos, knot_vel, mu_pos, mu_vel, debris, contact_damping, arrays.mu_radius, numbers, near, held,
+                    touching, touching_knots, touching_count, work,
+                )  # fmt: skip
+                filled = contact.fill_up(work, touching_count)
+                contacts = contact.contact_forces(
+                    work, filled, body, debris, debris_matrix, rate, numbers, False, debris_force, debris_torque
+                )
+                if points:
+                    active = thread_contact.gather(
+                        points_of_threads, points, knot_pos, knot_vel, mu_pos, mu_vel, body, debris, debris_matrix,
+                        knots, step_reach * (contact.NEAR_STEPS - search_in), work_of_threads,
+                    )  # fmt: skip
+                    filled = contact.fill_up(work_of_threads, active)
+                    contacts += contact.contact_forces(
+                        work_of_threads, filled, body, debris, debris_matrix, rate, numbers, True, debris_force,
+                        debris_torque,
+                    )  # fmt: skip
 
-        # 4. Positions.
-        drift(knot_pos, knot_vel, knots, dt)
-        for m in range(mus):
-            for axis in range(3):
-                mu_vel[m, axis] += dt * mu_force[m, axis] * mu_inverse_mass[m]
-                mu_pos[m, axis] += dt * mu_vel[m, axis]
-        if near_count + points:
-            debris_body.step(body, debris, debris_matrix, dt)
-        else:
-            coasted += 1
-        if closing:
-            rigid_body.small_rotation_step(chaser, chaser_matrix, numbers.chaser_inertia, numbers.chaser_inertia, dt)
+            # 3. Velocities. The net's threads come first, because they find their forces themselves.
+            net.apply(threads, thread_work, knot_pos, knot_vel, kick, dt)
+            net_contact.react(net_threads, crossing_work, knot_vel)
+            for m in range(mus):
+                knot = mu_knot[m]
+                for axis in range(3):
+                    knot_vel[axis, knot] += kick[knot] * pulls[m, axis]
+            if closing:
+                for axis in range(3):
+                    force[axis] = chaser_force[axis] + chaser_push[axis]
+                    chaser_twist[axis] += torque[axis]
+                if center >= 0:
+                    for axis in range(3):
+                        knot_vel[axis, center] += kick[center] * pulls[mus, axis]
+                        force[axis] -= pulls[mus, axis]
+                rigid_body.kick(chaser, numbers.chaser_mass, force, chaser_twist, dt)
+                collisions.react(at_chaser, near_chaser, pushes, kick, knots, knot_vel, mu_force)
+                pairs.apply(all_pairs, pair_forces, kick, knots, knot_vel, mu_force)
+            if near_count + points:
+                contact.react(
+                    near, held, touching, touching_knots, touching_count, work, kick, knots, knot_vel, mu_force
+                )
+                if points:
+                    thread_contact.react(
+                        points_of_threads, active, work_of_threads, kick, knots, knot_vel, mu_force, dt
+                    )  # fmt: skip
+                rigid_body.kick(debris, body.mass, debris_force, debris_torque, dt)
+
+            # 4. Positions.
+            drift(knot_pos, knot_vel, knots, dt)
+            for m in range(mus):
+                for axis in range(3):
+                    mu_vel[m, axis] += dt * mu_force[m, axis] * mu_inverse_mass[m]
+                    mu_pos[m, axis] += dt * mu_vel[m, axis]
+            if near_count + points:
+                debris_body.step(body, debris, debris_matrix, dt)
+            else:
+                coasted += 1
+            if closing:
+                rigid_body.small_rotation_step(
+                    chaser, chaser_matrix, numbers.chaser_inertia, numbers.chaser_inertia, dt
+                )
 
     contact.store_bristles(bristle, near, near_count, held)
     thread_contact.store_bristles(bristle, points_of_threads, points)

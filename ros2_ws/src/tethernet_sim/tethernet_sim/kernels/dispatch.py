@@ -1,0 +1,55 @@
+"""Functions of compiled code whose kernel is chosen by the type of their first argument, a named tuple, when a step is
+compiled.
+"""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Callable
+from typing import Any
+
+from numba.core import types
+from numba.extending import overload
+
+
+def serve(function: Callable[..., Any], choose: Callable[[type], Callable[..., Any] | None], options: Any) -> None:
+    """Let compiled code that calls a function be served by what is chosen.
+
+    Args:
+        function: what is called; it gives names and order of the arguments, and is never run itself.
+        choose: from the class of the first argument to a plain function of the same arguments, None: of this class
+            there is none, and compiling ends with numba's TypingError.
+        options: how that one is compiled, see kernels.options.
+    """
+    names = ", ".join(inspect.signature(function).parameters)
+
+    def implementation(*arguments):
+        kind: Any = arguments[0]  # instance_class is what named tuples have; numba's annotations do not know it
+        return choose(kind.instance_class) if isinstance(kind, types.BaseNamedTuple) else None
+
+    # numba compares the signatures.
+    overload(function, jit_options=options)(eval(f"lambda {names}: choose({names})", {"choose": implementation}))
+
+
+def passing_on(function: Callable[..., Any], kernel: Callable[..., Any]) -> Callable[..., Any]:
+    """A plain function of the arguments of ``function`` that hands them to a kernel."""
+    names = ", ".join(inspect.signature(function).parameters)
+    passed: Callable[..., Any] = eval(f"lambda {names}: serve({names})", {"serve": kernel})
+    return passed
+
+
+def constant(function: Callable[..., Any], result: str) -> Callable[..., Any]:
+    """A plain function of the arguments of ``function`` that returns the value of an expression of them."""
+    names = ", ".join(inspect.signature(function).parameters)
+    idle: Callable[..., Any] = eval(f"lambda {names}: {result}", {})
+    return idle
+
+
+def serve_by_module(function: Callable[..., Any], modules: dict[type, Any], options: Any) -> None:
+    """Let a function be served by the kernel of the same name in the module of the first argument's class."""
+
+    def choose(kind: type) -> Callable[..., Any] | None:
+        module = modules.get(kind)
+        return None if module is None else passing_on(function, getattr(module, function.__name__))
+
+    serve(function, choose, options)
