@@ -12,22 +12,25 @@ from tethernet_sim.scenario import Scenario
 
 
 @pytest.mark.parametrize(
-    ("mus", "step_s", "share", "booked"),
+    ("mus", "step_s", "net_contact", "share", "booked"),
     [
-        (8, 1e-4, 0.02, 1e-7),
-        (4, 1e-4, 0.02, 1e-7),
+        (8, 1e-4, "none", 0.02, 1e-7),
+        (4, 1e-4, "none", 0.02, 1e-7),
+        (4, 1e-4, "threads", 0.02, 1e-7),
         # In this mission the booking finds a point of a thread elsewhere than the flight did, by 0.9 mJ of 310 J.
-        (4, 5e-5, 0.01, 1e-5),
+        (4, 5e-5, "none", 0.01, 1e-5),
     ],
 )
-def test_the_energy_of_a_whole_mission_balances(mus, step_s, share, booked):
+def test_the_energy_of_a_whole_mission_balances(mus, step_s, net_contact, share, booked):
     name = f"zenit_{mus}mu"
-    outcome, balance = audit_mission(Scenario(name), Settings.load(name, physics={"time_step_s": step_s}))
+    physics = {"time_step_s": step_s, "net_contact": net_contact}
+    outcome, balance = audit_mission(Scenario(name), Settings.load(name, physics=physics))
     assert outcome.captured, "to the end of the capture"
     assert balance.work == pytest.approx(balance.gained, abs=booked * balance.all_in), "the kernels follow the laws"
     assert abs(balance.residual) < share * balance.all_in
     assert min(balance.lost.values()) >= 0.0
     busy = {"threads", "tether", "contact", "friction", "joints"} | ({"winches slipping"} if mus == 4 else set())
+    busy |= {"net on net"} if net_contact == "threads" else set()
     assert {name for name, energy in balance.lost.items() if energy > 0.01} == busy
     assert balance.put_in["thrusters"] > 10.0
     assert (balance.put_in["winches"] > 10.0) == (mus == 4)
