@@ -132,14 +132,31 @@ def finish(
 
 
 def _calibration(logit: np.ndarray, captured: np.ndarray) -> np.ndarray:
-    """Slope and shift of the logit that fit best (Platt), by Newton's method on the log-likelihood with a weak pull
-    towards slope 1 and shift 0.
+    """Slope and shift of the logit that fit best (Platt): the most likely ones, with a weak pull towards slope 1 and
+    shift 0.
+
+    Raises:
+        RuntimeError: they are not found.
     """
+    from scipy.optimize import minimize
+    from scipy.special import expit
+
     seen = np.stack([np.clip(logit, -30.0, 30.0), np.ones(len(logit))], axis=1)
-    best, pull = np.array([1.0, 0.0]), 1.0
-    for _ in range(50):
-        probability = 1.0 / (1.0 + np.exp(-np.clip(seen @ best, -50.0, 50.0)))
-        slope = seen.T @ (probability - captured) + pull * (best - [1.0, 0.0])
-        curvature = (seen * (probability * (1 - probability))[:, None]).T @ seen + pull * np.eye(2)
-        best = best - np.linalg.solve(curvature, slope)
-    return best.astype(np.float32)
+    begin, pull = np.array([1.0, 0.0]), 1.0
+
+    def cost(line: np.ndarray) -> float:
+        odds = seen @ line
+        return float((np.logaddexp(0.0, odds) - captured * odds).sum() + 0.5 * pull * ((line - begin) ** 2).sum())
+
+    def slope(line: np.ndarray) -> np.ndarray:
+        return seen.T @ (expit(seen @ line) - captured) + pull * (line - begin)
+
+    def curvature(line: np.ndarray) -> np.ndarray:
+        told = expit(seen @ line)
+        return (seen * (told * (1.0 - told))[:, None]).T @ seen + pull * np.eye(2)
+
+    # Newton's method alone leaves for ever where a sure model is wrong now and then: its curvature is next to nothing.
+    found = minimize(cost, begin, jac=slope, hess=curvature, method="trust-exact")
+    if not found.success:
+        raise RuntimeError(f"the probability of capture cannot be calibrated: {found.message}")
+    return np.asarray(found.x, np.float32)
