@@ -130,7 +130,7 @@ def _add_arguments(parser: Parser) -> None:
     add("--seed", type=whole_number(0), default=0, metavar="N", help="of training, default 0")
     add("--epochs", type=whole_number(1), metavar="N", help="instead of each network's own")
     add("--trees", type=whole_number(1), metavar="N", help="instead of the forest's own")
-    add("--torch-threads", type=whole_number(1), default=2, metavar="N", help="default 2")
+    add("--torch-threads", type=whole_number(1), default=1, metavar="N", help="default 1")
 
 
 COMMAND = Subcommand(
