@@ -24,8 +24,9 @@ def serve(function: Callable[..., Any], choose: Callable[[type], Callable[..., A
     names = ", ".join(inspect.signature(function).parameters)
 
     def implementation(*arguments):
-        kind: Any = arguments[0]  # instance_class is what named tuples have; numba's annotations do not know it
-        return choose(kind.instance_class) if isinstance(kind, types.BaseNamedTuple) else None
+        kind: Any = arguments[0]
+        # instance_class is what named tuples have; numba's annotations do not know it.
+        return choose(kind.instance_class) if isinstance(kind, types.BaseNamedTuple) else None  # type: ignore[attr-defined]
 
     # numba compares the signatures.
     overload(function, jit_options=options)(eval(f"lambda {names}: choose({names})", {"choose": implementation}))

@@ -90,7 +90,7 @@ def _end(threads, work, crossed, count):
 def _serve(function: Any, kernel: Any, nothing: str, options: Any) -> None:
     """Serve a function by a kernel where threads touch, by the value of an expression where none do."""
     kernels = {CrossingThreads: kernel, NoCrossings: dispatch.constant(function, nothing)}
-    dispatch.serve(function, kernels.get, options)
+    dispatch.serve(function, kernels.get, options)  # type: ignore[arg-type]  # mypy takes the default's overload
 
 
 for _function, _kernel, _nothing, _options in (
