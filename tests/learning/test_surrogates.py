@@ -21,7 +21,7 @@ from tethernet_learning.surrogates.surrogate_scores import scores, with_errors
 from tethernet_planner.inference import model_file, networks
 from tethernet_planner.inference.model_file import MadeFor, ModelFileError
 from tethernet_planner.inference.net_features import feature_count, sector_nodes
-from tethernet_planner.inference.surrogate_file import NOISES, Surrogate, log_fuel, seen_arrays
+from tethernet_planner.inference.surrogate_file import NOISES, Surrogate, log_fuel, probability, seen_arrays
 from tethernet_sim.fly import Settings
 
 pytestmark = pytest.mark.learning
@@ -116,10 +116,9 @@ def test_a_model_that_is_too_sure_is_calibrated_to_what_happens(sure):
     captured = np.ones(2000)
     captured[:7] = 0.0
     logit = sure + np.random.default_rng(0).normal(0.0, 1.0, 2000)
-    slope, shift = surrogate_training._calibration(logit, captured)
-    told = 1.0 / (1.0 + np.exp(-(slope * np.minimum(logit, 30.0) + shift)))
-    assert told.mean() == pytest.approx(captured.mean(), abs=2e-3)
-    assert 0.0 < slope < 1.0
+    calibration = surrogate_training._calibration(logit, captured)
+    assert probability(logit, calibration).mean() == pytest.approx(captured.mean(), abs=2e-3)
+    assert 0.0 < calibration[0] < 1.0
 
 
 def test_members_predict_together():

@@ -139,9 +139,8 @@ def _calibration(logit: np.ndarray, captured: np.ndarray) -> np.ndarray:
         RuntimeError: they are not found.
     """
     from scipy.optimize import minimize
-    from scipy.special import expit
 
-    seen = np.stack([np.clip(logit, -30.0, 30.0), np.ones(len(logit))], axis=1)
+    seen = np.stack([logit, np.ones(len(logit))], axis=1)
     begin, pull = np.array([1.0, 0.0]), 1.0
 
     def cost(line: np.ndarray) -> float:
@@ -149,10 +148,10 @@ def _calibration(logit: np.ndarray, captured: np.ndarray) -> np.ndarray:
         return float((np.logaddexp(0.0, odds) - captured * odds).sum() + 0.5 * pull * ((line - begin) ** 2).sum())
 
     def slope(line: np.ndarray) -> np.ndarray:
-        return seen.T @ (expit(seen @ line) - captured) + pull * (line - begin)
+        return seen.T @ (probability(logit, line) - captured) + pull * (line - begin)
 
     def curvature(line: np.ndarray) -> np.ndarray:
-        told = expit(seen @ line)
+        told = probability(logit, line)
         return (seen * (told * (1.0 - told))[:, None]).T @ seen + pull * np.eye(2)
 
     # Newton's method alone leaves for ever where a sure model is wrong now and then: its curvature is next to nothing.
