@@ -130,6 +130,39 @@ def test_a_torn_bag_with_a_wrong_byte_too(tmp_path, whole):
     assert len(kept) == sum(1 for m in messages if m.log_time <= kept[-1].log_time)
 
 
+LENGTH_OF_RECORD, LENGTH_OF_DATA = 1, HEAD.size + 8 + 8 + 8 + 4 + 4 + len("zstd")
+"""Where the two lengths of a chunk are, from its start."""
+
+
+@pytest.mark.parametrize("at", [LENGTH_OF_RECORD, LENGTH_OF_DATA])
+def test_a_length_that_leads_to_a_later_record_costs_nothing(tmp_path, whole, at):
+    """Of a chunk's two lengths a wrong one may end at a record too: what lies between stays."""
+    content, messages, records = whole
+    start, _, end = of(records, Opcode.CHUNK)[3]
+    (length,) = struct.unpack_from("<Q", content, start + at)
+    later = [record for record in records if record[0] > end]
+    for position, _, _ in later[::7]:
+        changed = bytearray(content)
+        struct.pack_into("<Q", changed, start + at, length + position - end)
+        kept, bag = read(tmp_path / "a.mcap", bytes(changed))
+        assert kept == messages, position
+        assert not bag.verified
+
+
+@pytest.mark.parametrize("opcode", [Opcode.SCHEMA, Opcode.CHANNEL])
+def test_a_description_that_leads_to_a_later_record_costs_nothing(tmp_path, whole, opcode):
+    """Without a closing part, which would repeat the descriptions that follow."""
+    content, messages, records = whole
+    last = of(records, Opcode.CHUNK)[-1]
+    described = of(records, opcode)
+    start, _, end = described[0]
+    for position, _, _ in [record for record in records if end < record[0] < last[0]][::7]:
+        changed = bytearray(content[: last[2]])
+        struct.pack_into("<Q", changed, start + LENGTH_OF_RECORD, position - start - HEAD.size)
+        kept, _ = read(tmp_path / "a.mcap", bytes(changed))
+        assert kept == messages, position
+
+
 def test_the_command_says_whole_only_of_a_verified_bag(tmp_path, whole, capsys):
     content, _, records = whole
     path = tmp_path / "a.mcap"

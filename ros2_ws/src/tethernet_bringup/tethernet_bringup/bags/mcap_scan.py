@@ -4,7 +4,8 @@ A reader that trusts the file's end finds nothing in a bag whose recorder was ki
 loses all that follows a wrong one: the readers of the `mcap` package do either, keep as much in memory as a chunk of a
 few kB claims to hold, and do not compare the closing part's checksum. This one goes from record to record, and trusts
 
-- a record's length where the lengths inside the record agree with it, or where another record begins at its end;
+- a record's length where the lengths inside the record agree with it, or where another record begins at its end; of
+  two lengths that both lead to a record the shorter one, since a wrong one may lead to a later record by chance;
   otherwise it searches on, byte by byte, for the next whole record;
 - a chunk's content where its checksum fits;
 - schemas and channels as the closing part repeats them, where that keeps its checksum; else as they first occur.
@@ -160,6 +161,8 @@ class McapScan:
                 return (yield from self._chunk(position, length))
             if not followed:
                 return None
+            if inner is not None and inner < length and self._is_trusted(body + inner):
+                end = body + inner
         if opcode == Opcode.MESSAGE and MESSAGE.size <= length <= LARGEST_RECORD_BYTES:
             yield from self._chunk_messages(position, self._file(position, RECORD.size + length))
         elif opcode in _DESCRIPTIONS:
@@ -207,8 +210,8 @@ class McapScan:
         inner = self._inner_length(Opcode.CHUNK, position)
         lengths = [given for given in dict.fromkeys((length, inner)) if given is not None and given <= room]
         ends = [body + given for given in lengths]
-        if len(ends) > 1:  # one of them is wrong, and what lies there may look like a record's head
-            ends.sort(key=self._is_trusted, reverse=True)
+        if len(ends) > 1:  # one of them is wrong: what lies there may look like a record's head, or be a later one's
+            ends.sort(key=lambda end: (not self._is_trusted(end), end))
         end = next((end for end in ends if self._begins_record(end)), None)
         if not lengths or max(lengths) < CHUNK.size + 12:
             return end
@@ -219,7 +222,7 @@ class McapScan:
                 self._problem(position, f"a chunk was left out, {error}")
             return end
         yield from self._chunk_messages(position, content)
-        return ends[-1] if end is None else end
+        return ends[0] if end is None else end
 
     def _content(self, body: int, lengths: list[int]) -> bytes | bytearray:
         """A chunk's content, by whichever of its lengths gives the one that its checksum is of."""

@@ -25,8 +25,9 @@ def serve(function: Callable[..., Any], choose: Callable[[type], Callable[..., A
 
     def implementation(*arguments):
         kind: Any = arguments[0]
-        # instance_class is what named tuples have; numba's annotations do not know it.
-        return choose(kind.instance_class) if isinstance(kind, types.BaseNamedTuple) else None  # type: ignore[attr-defined]
+        if not isinstance(kind, types.BaseNamedTuple):
+            return None
+        return choose(kind.instance_class)  # type: ignore[attr-defined]  # numba's annotations leave it out
 
     # numba compares the signatures.
     overload(function, jit_options=options)(eval(f"lambda {names}: choose({names})", {"choose": implementation}))
