@@ -6,7 +6,7 @@ import numpy as np
 
 from tethernet_sim.engine import Commands, EdgeListEngine, Engine, GridEngine
 from tethernet_sim.kernels.crossing_kinds import CrossingThreads, no_crossings
-from tethernet_sim.kernels.crossings import RECORD
+from tethernet_sim.kernels.crossing_work import RECORD
 from tethernet_sim.kernels.cylinder_body import CylinderBody
 from tethernet_sim.model import Arrays, Model, Numbers, grid_threads
 from tethernet_sim.state import State

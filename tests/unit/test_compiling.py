@@ -54,7 +54,7 @@ def test_a_flight_without_contact_of_net_with_net_compiles_nothing_of_it(tmp_pat
 import numba
 import numpy as np
 from tethernet_sim.kernels.crossing_kinds import CrossingThreads, no_crossings
-from tethernet_sim.kernels import crossing_law, crossings, net_contact
+from tethernet_sim.kernels import crossing_law, crossing_work, net_contact
 
 def step(threads, crossed, count, pos):
     work = net_contact.begin(threads, 8, crossed, count)
@@ -62,10 +62,10 @@ def step(threads, crossed, count, pos):
     net_contact.end(threads, work, crossed, count)
 
 def compiled():
-    kernels = crossings.workspace, crossings.store, crossing_law.react
+    kernels = crossing_work.workspace, crossing_work.store, crossing_law.react
     return sum(len(kernel.signatures) for kernel in kernels)
 
-some = np.zeros((4, crossings.RECORD)), np.zeros(1, np.int64), np.zeros((3, 8))
+some = np.zeros((4, crossing_work.RECORD)), np.zeros(1, np.int64), np.zeros((3, 8))
 numba.njit(step)(no_crossings(), *some)
 print(compiled())
 numba.njit(step)(CrossingThreads(np.array([[0, 1], [2, 3]])), *some)

@@ -53,6 +53,38 @@ def test_arithmetic_is_numpys():
     assert [bool(mask >> k & 1) for k in range(8)] == (x > b).tolist()
 
 
+def test_numbers_from_all_over_a_row_are_gathered_and_compared():
+    @numba.njit
+    def calculate(row, indices, flags, out):
+        one = lanes.gather(row, indices, np.uint64(2))
+        other = lanes.gather(row, indices, np.uint64(8))
+        lanes.store(out, np.uint64(0), one)
+        lanes.store(out, np.uint64(8), lanes.least(one, other))
+        lanes.store(out, np.uint64(16), lanes.greatest(one, other))
+        return lanes.mask_set(flags, np.uint64(3))
+
+    row, indices = RANDOM.normal(size=10_000), RANDOM.integers(0, 10_000, 16).astype(np.uint32)
+    indices[5] = 9_999
+    flags, out = RANDOM.choice([0, 1, 255], 12).astype(np.uint8), np.zeros(24)
+    mask = calculate(row, indices, flags, out)
+    one, other = row[indices[2:10]], row[indices[8:]]
+    assert out.tolist() == [*one, *np.minimum(one, other), *np.maximum(one, other)]
+    assert [bool(mask >> k & 1) for k in range(8)] == (flags[3:11] != 0).tolist()
+
+
+@pytest.mark.parametrize("index", [10_000, 4_000_000_000])
+def test_an_index_beyond_its_row_is_found_where_indices_are_checked(index):
+    @numba.njit(boundscheck=True)
+    def calculate(row, indices):
+        return lanes.mask_greater(lanes.gather(row, indices, np.uint64(0)), lanes.spread(0.0))
+
+    indices = np.zeros(8, np.uint32)
+    assert calculate(np.ones(10_000), indices) == 255
+    indices[7] = index
+    with pytest.raises(IndexError):
+        calculate(np.ones(10_000), indices)
+
+
 def test_every_thread_has_one_place():
     """A random net with parallel and turned threads: blocks and loose threads are together the net."""
     threads = RANDOM.integers(0, 60, (700, 2))

@@ -13,7 +13,7 @@ from tethernet_sim import audit
 from tethernet_sim.energy import Auditor
 from tethernet_sim.engine import EdgeListEngine, GridEngine
 from tethernet_sim.fly import Settings
-from tethernet_sim.kernels.crossings import RECORD
+from tethernet_sim.kernels.crossing_work import RECORD
 from tethernet_sim.memory import scenario_bytes, work_bytes
 from tethernet_sim.model import Model
 from tethernet_sim.settings import PhysicsParameters

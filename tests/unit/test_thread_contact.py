@@ -13,7 +13,7 @@ from tethernet_sim import audit
 from tethernet_sim.debris import debris_body, surface_distance
 from tethernet_sim.engine import Commands, EdgeListEngine
 from tethernet_sim.fly import Settings, fly, fly_many
-from tethernet_sim.kernels.crossings import RECORD
+from tethernet_sim.kernels.crossing_work import RECORD
 from tethernet_sim.model import Model, build_model
 from tethernet_sim.scenario import Scenario
 from tethernet_sim.stability import largest_step

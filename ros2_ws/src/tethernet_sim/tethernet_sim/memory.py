@@ -7,7 +7,7 @@ from pathlib import Path
 
 from tethernet_core.parameters import ParameterError
 from tethernet_sim import cores
-from tethernet_sim.kernels.crossings import RECORD, room
+from tethernet_sim.kernels.crossing_work import RECORD, room
 from tethernet_sim.model import Model
 from tethernet_sim.settings import THREADS
 from tethernet_sim.state import crossed_room

@@ -9,7 +9,7 @@ import numpy as np
 from tethernet_core.rotation import rotate
 from tethernet_core.system import System
 from tethernet_sim.debris import body_momentum
-from tethernet_sim.kernels.crossings import RECORD
+from tethernet_sim.kernels.crossing_work import RECORD
 from tethernet_sim.model import Model
 from tethernet_sim.settings import PhysicsParameters
 
@@ -39,7 +39,7 @@ class State:
     threads touch, of two points of each of S threads on each of Q parts of the debris.
     """
     crossed: np.ndarray  # (B, C, 9)
-    """Pairs of threads of the net that touch each other, where they do: see RECORD of kernels.crossings."""
+    """Pairs of threads of the net that touch each other, where they do: see RECORD of kernels.crossing_work."""
     crossed_count: np.ndarray  # (B,) int64
     """How many of these there are; C has room for more."""
     closing: np.ndarray  # (B,) bool

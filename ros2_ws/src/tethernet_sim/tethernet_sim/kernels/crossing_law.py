@@ -20,10 +20,12 @@ from __future__ import annotations
 
 import math
 
-from tethernet_sim.kernels.compaction import compact_indices
-from tethernet_sim.kernels.crossings import LEAST_SQUARE, MEMORY, NEAR, two_threads
+import numpy as np
+
+from tethernet_sim.kernels import lanes
+from tethernet_sim.kernels.crossing_work import BLOCK, MEMORY, NEAR, blocks
+from tethernet_sim.kernels.crossings import LEAST_SQUARE, first_lanes, gathered, products
 from tethernet_sim.kernels.options import inlined
-from tethernet_sim.kernels.rows import padded
 
 PARALLEL = 1e-6
 """Square of the sine of the angle under which two threads have no common normal that can be followed."""
@@ -34,20 +36,25 @@ COLLINEAR = 1e-12
 @inlined
 def find(work, numbers, pos):
     """List the near pairs that touch, or did at the last step. Returns how many."""
-    x, y, z, ends, flags, near = pos[0], pos[1], pos[2], work.near_ends, work.flags, work.counts[NEAR]
-    first, second, third, fourth, remembers = ends[0], ends[1], ends[2], ends[3], work.near_remembers
-    squared = numbers.crossing_distance * numbers.crossing_distance
-    for n in range(near):
-        i, j, k, m = first[n], second[n], third[n], fourth[n]
-        ux, uy, uz, vx, vy, vz, wx, wy, wz, uu, uv, vv, uw, vw = two_threads(x, y, z, i, j, k, m)
+    x, y, z, ends, remembers, near = pos[0], pos[1], pos[2], work.near_ends, work.near_remembers, work.counts[NEAR]
+    squared = lanes.spread(numbers.crossing_distance * numbers.crossing_distance)
+    none, parallel = lanes.spread(0.0), lanes.spread(PARALLEL)
+    near, count = np.uint64(near), np.uint64(0)
+    for group in range(np.uint64(blocks(near))):
+        begin = np.uint64(BLOCK) * group
+        ux, vx, wx = gathered(ends, begin, x)
+        uy, vy, wy = gathered(ends, begin, y)
+        uz, vz, wz = gathered(ends, begin, z)
+        uu, uv, vv, uw, vw = products(ux, uy, uz, vx, vy, vz, wx, wy, wz)
         area = uu * vv - uv * uv
         s, t = uv * vw - uw * vv, uu * vw - uv * uw
         mixed = wx * (uy * vz - uz * vy) + wy * (uz * vx - ux * vz) + wz * (ux * vy - uy * vx)
-        within = (s > 0.0) & (s < area) & (t > 0.0) & (t < area) & (area > PARALLEL * uu * vv)
-        flags[n] = (within & (mixed * mixed < squared * area)) | (remembers[n] > 0)
-    for n in range(near, min(padded(near), len(flags))):
-        flags[n] = 0
-    return compact_indices(flags, work.flag_blocks[: (near + 7) // 8], work.busy, work.hits)
+        hits = lanes.mask_greater(s, none) & lanes.mask_greater(area, s)
+        hits &= lanes.mask_greater(t, none) & lanes.mask_greater(area, t)
+        hits &= lanes.mask_greater(area, parallel * uu * vv) & lanes.mask_greater(squared * area, mixed * mixed)
+        hits = (hits | lanes.mask_set(remembers, begin)) & first_lanes(near - begin)
+        count = lanes.append_indices(work.hits, count, begin, hits)
+    return np.int64(count)
 
 
 @inlined
@@ -58,7 +65,10 @@ def crossing(x, y, z, i, j, k, m):
         (whether that is within both, shares of both lengths, common unit normal x y z, gap from the first to the second
         x y z [m]).
     """
-    ux, uy, uz, vx, vy, vz, wx, wy, wz, uu, uv, vv, uw, vw = two_threads(x, y, z, i, j, k, m)
+    ux, uy, uz = x[j] - x[i], y[j] - y[i], z[j] - z[i]
+    vx, vy, vz = x[m] - x[k], y[m] - y[k], z[m] - z[k]
+    wx, wy, wz = x[i] - x[k], y[i] - y[k], z[i] - z[k]
+    uu, uv, vv, uw, vw = products(ux, uy, uz, vx, vy, vz, wx, wy, wz)
     area = uu * vv - uv * uv
     inverse = 1.0 / max(area, LEAST_SQUARE * LEAST_SQUARE)
     s, t = (uv * vw - uw * vv) * inverse, (uu * vw - uv * uw) * inverse

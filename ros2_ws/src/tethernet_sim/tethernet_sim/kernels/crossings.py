@@ -14,14 +14,22 @@ What a touching pair remembers, see :mod:`~tethernet_sim.kernels.crossing_law`, 
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
 
 import numpy as np
 
 from tethernet_sim.kernels import lanes
-from tethernet_sim.kernels.compaction import compact_indices
-from tethernet_sim.kernels.options import inlined, kernel
-from tethernet_sim.kernels.rows import padded
+from tethernet_sim.kernels.crossing_work import (
+    BLOCK,
+    LISTED,
+    MADE,
+    MEMORY,
+    NEAR,
+    RECORDS,
+    blocks,
+    fill_up,
+    store,
+)
+from tethernet_sim.kernels.options import inlined
 
 LOOK_STEPS = 5
 """Steps between two looks at how far the knots have come."""
@@ -31,138 +39,45 @@ LIST_LEAVE_M, NEAR_LEAVE_M = 0.004, 0.0005
 """What a knot may come away in any case [m]."""
 LEAVE_SHARE = 1.25
 """Of what a knot would come away at its present speed: it may become faster."""
-BLOCK = lanes.COUNT
-"""Threads in a block."""
-PAIRS_PER_THREAD = 12
-"""Listed pairs that there is room for at first: a net that unfolds has up to 10 a thread (measured)."""
 LEAST_SQUARE = 1e-18
 """Of a thread's length [m^2], so that one without length is no division by 0."""
-LISTED, NEAR, MADE, LOOK_IN, TOUCHING, RECORDS = range(6)
-"""Entries of the counts: listed pairs, near pairs, whether there are lists; steps until the next look, pairs that touch
-in this step, records of touching pairs that are not in the lists yet."""
-MEMORY = 7
-"""Numbers that a touching pair remembers: its normal, x y z; the distance at which it touches [m], then the bristle of
-its friction, x y z [m], launch frame."""
-RECORD = 2 + MEMORY
-"""Numbers of a touching pair in a state: its two threads and what it remembers."""
-
-
-class CrossingWork(NamedTuple):
-    """Work space of one scenario, for X threads and room for P pairs; two lists: 0 the listed, 1 the near pairs."""
-
-    counts: np.ndarray  # (6,) see LISTED
-    frame: np.ndarray  # (2, 6) velocity of the net when each list was made [m/s], how far it has come since [m]
-    place: np.ndarray  # (2, 3, width) where the knots were then [m]
-    leave: np.ndarray  # (2, width) how far from there, in that frame, each may come [m]
-    thread_leave: np.ndarray  # (2, X) that of the thread's faster end [m]
-    box: np.ndarray  # (6, blocks BLOCK) least and largest x, y, z of each thread, its leave included [m]
-    block_box: np.ndarray  # (6, .) of each block; what fills up both overlaps with nothing
-    limits: np.ndarray  # (6,) of the box that is looked at
-    close: np.ndarray  # (blocks + BLOCK,) blocks that overlap with it
-    found: np.ndarray  # (blocks BLOCK + BLOCK,) threads that do
-    head: np.ndarray  # (X,) first record of each thread that is the first of its pair, -1: none
-    threads: np.ndarray  # (2, P) of each listed pair
-    ends: np.ndarray  # (4, P) its knots: of the first thread, then of the second
-    memory: np.ndarray  # (MEMORY, P)
-    remembers: np.ndarray  # (P,) whether it touches
-    near: np.ndarray  # (P + 1,) listed pairs that are near
-    near_ends: np.ndarray  # (4, P) their knots
-    near_remembers: np.ndarray  # (P,) whether they touch
-    flags: np.ndarray  # (P,) of near pairs, of listed ones while the near are searched for
-    flag_blocks: np.ndarray  # the same bytes, eight in one
-    busy: np.ndarray
-    hits: np.ndarray  # (P + 1,) near pairs that touch
-    push: np.ndarray  # (12, P) velocity that each end of these gains in one step [m/s], x y z of each
-    records: np.ndarray  # (P, RECORD) touching pairs while the lists are made
-    next: np.ndarray  # (P,) record of the same first thread, -1: none
 
 
 @inlined
-def blocks(count):
-    """Blocks that hold so many."""
-    return (count + (BLOCK - 1)) // BLOCK
-
-
-@inlined
-def room(threads, records):
-    """Pairs to begin with room for."""
-    return PAIRS_PER_THREAD * threads + records
-
-
-@kernel
-def workspace(threads, width, pairs):
-    """Work space for one scenario: so many threads and ``pairs``; ``width`` is the room of a row of coordinates."""
-    count, room = blocks(threads), padded(pairs)
-    box, block_box = np.full((6, count * BLOCK), -np.inf), np.full((6, blocks(count) * BLOCK), -np.inf)
-    box[::2], block_box[::2] = np.inf, np.inf
-    flags = np.zeros(room, np.uint8)
-    return CrossingWork(
-        np.zeros(6, np.int64), np.zeros((2, 6)), np.zeros((2, 3, width)), np.zeros((2, width)), np.zeros((2, threads)),
-        box, block_box, np.zeros(6), np.empty(count + BLOCK, np.uint32), np.empty(count * BLOCK + BLOCK, np.uint32),
-        np.full(threads, -1, np.int64), np.empty((2, room), np.uint32), np.empty((4, room), np.uint32),
-        np.empty((MEMORY, room)), np.empty(room, np.uint8), np.empty(room + 1, np.uint32),
-        np.empty((4, room), np.uint32), np.empty(room, np.uint8), flags, flags.view(np.uint64),
-        np.empty(room // 8 + 1, np.uint32), np.empty(room + 1, np.uint32), np.empty((12, room)),
-        np.empty((room, RECORD)), np.empty(room, np.int64),
-    )  # fmt: skip
-
-
-@kernel
-def with_room(work, pairs):
-    """Work space with more room; the records are kept, lists have to be made."""
-    width, threads, records = work.place.shape[2], len(work.head), work.counts[RECORDS]
-    larger = workspace(threads, width, pairs)
-    larger.counts[RECORDS] = records
-    larger.records[:records] = work.records[:records]
-    return larger
-
-
-@inlined
-def store(work, records):
-    """Write the pairs that remember something to ``records`` (., RECORD), as many as there is room for.
-
-    Returns:
-        How many there are.
-    """
-    count, room = 0, len(records)
-    for n in range(work.counts[NEAR]):
-        if work.near_remembers[n]:
-            if count < room:
-                p = work.near[n]
-                records[count, 0], records[count, 1] = work.threads[0, p], work.threads[1, p]
-                for number in range(MEMORY):
-                    records[count, 2 + number] = work.memory[number, p]
-            count += 1
-    return count
-
-
-@inlined
-def two_threads(x, y, z, i, j, k, m):
-    """Two threads, between knots i and j and between k and m.
-
-    Returns:
-        (u from i to j, x y z, v from k to m, x y z, w from k to i, x y z [m]; u.u, u.v, v.v, u.w, v.w [m^2]).
-    """
-    ux, uy, uz = x[j] - x[i], y[j] - y[i], z[j] - z[i]
-    vx, vy, vz = x[m] - x[k], y[m] - y[k], z[m] - z[k]
-    wx, wy, wz = x[i] - x[k], y[i] - y[k], z[i] - z[k]
+def products(ux, uy, uz, vx, vy, vz, wx, wy, wz):
+    """Of two threads u and v, and of w from the first knot of v to that of u: u.u, u.v, v.v, u.w, v.w [m^2]."""
     uu, uv, vv = ux * ux + uy * uy + uz * uz, ux * vx + uy * vy + uz * vz, vx * vx + vy * vy + vz * vz
-    uw, vw = ux * wx + uy * wy + uz * wz, vx * wx + vy * wy + vz * wz
-    return ux, uy, uz, vx, vy, vz, wx, wy, wz, uu, uv, vv, uw, vw
+    return uu, uv, vv, ux * wx + uy * wy + uz * wz, vx * wx + vy * wy + vz * wz
 
 
 @inlined
-def squared_distance(x, y, z, i, j, k, m):
-    """Of the segments between knots i and j and between k and m [m^2] (Ericson, Real-Time Collision Detection, 5.1.9,
-    without branches).
+def squared_distance(ux, uy, uz, vx, vy, vz, wx, wy, wz):
+    """Of eight pairs of segments u and v, w from the start of v to that of u [m^2] (Ericson, Real-Time Collision
+    Detection, 5.1.9, without branches).
     """
-    ux, uy, uz, vx, vy, vz, wx, wy, wz, uu, uv, vv, uw, vw = two_threads(x, y, z, i, j, k, m)
-    uu, vv = max(uu, LEAST_SQUARE), max(vv, LEAST_SQUARE)
-    s = min(max((uv * vw - uw * vv) / max(uu * vv - uv * uv, LEAST_SQUARE * uu * vv), 0.0), 1.0)
-    t = min(max((uv * s + vw) / vv, 0.0), 1.0)
-    s = min(max((uv * t - uw) / uu, 0.0), 1.0)
+    none, all_of_it, small = lanes.spread(0.0), lanes.spread(1.0), lanes.spread(LEAST_SQUARE)
+    uu, uv, vv, uw, vw = products(ux, uy, uz, vx, vy, vz, wx, wy, wz)
+    uu, vv = lanes.greatest(uu, small), lanes.greatest(vv, small)
+    s = (uv * vw - uw * vv) / lanes.greatest(uu * vv - uv * uv, small * uu * vv)
+    s = lanes.least(lanes.greatest(s, none), all_of_it)
+    t = lanes.least(lanes.greatest((uv * s + vw) / vv, none), all_of_it)
+    s = lanes.least(lanes.greatest((uv * t - uw) / uu, none), all_of_it)
     dx, dy, dz = wx + s * ux - t * vx, wy + s * uy - t * vy, wz + s * uz - t * vz
     return dx * dx + dy * dy + dz * dz
+
+
+@inlined
+def gathered(ends, begin, row):
+    """One coordinate of eight pairs from ``begin`` on: u, v and w, see :func:`products`."""
+    i, j = lanes.gather(row, ends[0], begin), lanes.gather(row, ends[1], begin)
+    k, m = lanes.gather(row, ends[2], begin), lanes.gather(row, ends[3], begin)
+    return j - i, m - k, i - k
+
+
+@inlined
+def first_lanes(count):
+    """Bits of the first lanes, so many, or of all."""
+    return (np.uint64(1) << min(count, np.uint64(BLOCK))) - np.uint64(1)
 
 
 @inlined
@@ -244,27 +159,67 @@ def overlapping(box, limits, begin):
 
 
 @inlined
-def append_pair(work, threads, a, b, pos, distance, count):
-    """List the threads a and b if they may touch. Returns how many pairs there are then; those beyond the room are
-    counted only.
+def may_touch(pairs, ends, leave, distance, pos, begin):
+    """Which of eight pairs from ``begin`` on may touch before a knot of theirs has used up its leave: bits."""
+    ux, vx, wx = gathered(ends, begin, pos[0])
+    uy, vy, wy = gathered(ends, begin, pos[1])
+    uz, vz, wz = gathered(ends, begin, pos[2])
+    reach = lanes.spread(distance) + lanes.gather(leave, pairs[0], begin) + lanes.gather(leave, pairs[1], begin)
+    return lanes.mask_greater(reach * reach, squared_distance(ux, uy, uz, vx, vy, vz, wx, wy, wz))
+
+
+@inlined
+def add_candidates(work, threads, a, found, count):
+    """Add thread a with each of the ``found`` that it shares no knot with to the ``count`` candidates. Returns how many
+    there are then.
     """
-    i, j, k, m = threads[a, 0], threads[a, 1], threads[b, 0], threads[b, 1]
-    if (i == k) | (i == m) | (j == k) | (j == m):
-        return count
+    pairs, ends, of, listed = work.candidates, work.candidate_ends, work.candidate_record, work.found
+    i, j, begin = threads[a, 0], threads[a, 1], count
+    for f in range(found):
+        b = listed[f]
+        k, m = threads[b, 0], threads[b, 1]
+        pairs[0, count], pairs[1, count], of[count] = a, b, -1.0
+        ends[0, count], ends[1, count], ends[2, count], ends[3, count] = i, j, k, m
+        count += np.uint64((i != k) & (i != m) & (j != k) & (j != m))
     record = work.head[a]
-    while record >= 0 and work.records[record, 1] != b:
+    while record >= 0:
+        for c in range(begin, count):
+            if pairs[1, c] == work.records[record, 1]:
+                of[c] = record
         record = work.next[record]
-    reach = distance + work.thread_leave[0, a] + work.thread_leave[0, b]
-    if record < 0 and squared_distance(pos[0], pos[1], pos[2], i, j, k, m) > reach * reach:
-        return count
-    if count < len(work.remembers):
-        work.threads[0, count], work.threads[1, count] = a, b
-        work.ends[0, count], work.ends[1, count], work.ends[2, count], work.ends[3, count] = i, j, k, m
-        work.remembers[count] = record >= 0
-        if record >= 0:
-            for number in range(MEMORY):
-                work.memory[number, count] = work.records[record, 2 + number]
-    return count + 1
+    return count
+
+
+@inlined
+def list_candidates(work, distance, pos, candidates, count):
+    """List those of the candidates that may touch, or do by a record, after the ``count`` listed pairs.
+
+    Returns:
+        How many are listed then; those beyond the room are counted only.
+    """
+    pairs, ends, of = work.candidates, work.candidate_ends, work.candidate_record
+    fill_up(pairs, candidates)
+    fill_up(ends, candidates)
+    for group in range(np.uint64(blocks(candidates))):
+        begin = np.uint64(BLOCK) * group
+        chosen = may_touch(pairs, ends, work.thread_leave[0], distance, pos, begin)
+        chosen |= lanes.mask_greater(lanes.load(of, begin), lanes.spread(-0.5))
+        chosen &= first_lanes(candidates - begin)
+        some = lanes.append_indices(work.found, np.uint64(0), begin, chosen)
+        for f in range(some):
+            if count < len(work.remembers):
+                c = work.found[f]
+                for one in range(2):
+                    work.threads[one, count] = pairs[one, c]
+                for end in range(4):
+                    work.ends[end, count] = ends[end, c]
+                record = np.int64(of[c])
+                work.remembers[count] = record >= 0
+                if record >= 0:
+                    for number in range(MEMORY):
+                        work.memory[number, count] = work.records[record, 2 + number]
+            count += 1
+    return count
 
 
 @inlined
@@ -288,7 +243,7 @@ def list_pairs(work, threads, numbers, knots, pos, vel):
         cover(work, of, np.int64(work.records[r, 1]))
     count, box, block_box, limits, close = 0, work.box, work.block_box, work.limits, work.close
     last, most = np.uint64(blocks(len(threads))), np.uint64(len(threads))
-    eight = np.uint64(BLOCK)
+    eight, candidates = np.uint64(BLOCK), np.uint64(0)
     for one in range(last):
         for side in range(6):
             limits[side] = block_box[side, one]
@@ -296,41 +251,45 @@ def list_pairs(work, threads, numbers, knots, pos, vel):
         for group in range(one // eight, np.uint64(blocks(last))):
             some = lanes.append_indices(close, some, eight * group, overlapping(block_box, limits, eight * group))
         for a in range(eight * one, min(eight * one + eight, most)):
+            if candidates > most:  # there is room for as many more: while work.found is free
+                count = list_candidates(work, distance, pos, candidates, count)
+                candidates = np.uint64(0)
             for side in range(6):
                 limits[side] = box[side, a]
             found = np.uint64(0)
             for c in range(some):
                 if close[c] >= one:
                     begin = eight * np.uint64(close[c])
-                    found = lanes.append_indices(work.found, found, begin, overlapping(box, limits, begin))
-            for f in range(found):
-                if work.found[f] > a:
-                    count = append_pair(work, threads, np.int64(a), np.int64(work.found[f]), pos, distance, count)
+                    overlap = overlapping(box, limits, begin)
+                    if close[c] == one:  # those behind a itself
+                        overlap &= ~first_lanes(a - begin + np.uint64(1))
+                    found = lanes.append_indices(work.found, found, begin, overlap)
+            candidates = add_candidates(work, threads, a, found, candidates)
+    count = list_candidates(work, distance, pos, candidates, count)
     work.counts[LISTED], work.counts[NEAR] = count, 0
     work.counts[MADE] = count <= len(work.remembers)
+    if work.counts[MADE]:
+        fill_up(work.threads, count)
+        fill_up(work.ends, count)
     return count
 
 
 @inlined
 def list_near(work, numbers, pos):
     """List the pairs that may touch until a knot has used up its leave, and those that do."""
-    x, y, z, ends, leave = pos[0], pos[1], pos[2], work.ends, work.thread_leave[1]
-    one, other, i, j, k, m = work.threads[0], work.threads[1], ends[0], ends[1], ends[2], ends[3]
-    flags, remembers, listed = work.flags, work.remembers, work.counts[LISTED]
-    distance = numbers.crossing_distance
-    for p in range(listed):
-        reach = distance + leave[one[p]] + leave[other[p]]
-        close = squared_distance(x, y, z, i[p], j[p], k[p], m[p]) < reach * reach
-        flags[p] = np.uint8(close) | remembers[p]
-    for p in range(listed, min(padded(listed), len(flags))):
-        flags[p] = 0
-    near = compact_indices(flags, work.flag_blocks[: (listed + 7) // 8], work.busy, work.near)
-    for n in range(near):
+    remembers, listed, count = work.remembers, np.uint64(work.counts[LISTED]), np.uint64(0)
+    for group in range(np.uint64(blocks(listed))):
+        begin = np.uint64(BLOCK) * group
+        near = may_touch(work.threads, work.ends, work.thread_leave[1], numbers.crossing_distance, pos, begin)
+        near = (near | lanes.mask_set(remembers, begin)) & first_lanes(listed - begin)
+        count = lanes.append_indices(work.near, count, begin, near)
+    for n in range(count):
         p = work.near[n]
         for end in range(4):
-            work.near_ends[end, n] = ends[end, p]
+            work.near_ends[end, n] = work.ends[end, p]
         work.near_remembers[n] = remembers[p]
-    work.counts[NEAR] = near
+    fill_up(work.near_ends, count)
+    work.counts[NEAR] = count
 
 
 @inlined

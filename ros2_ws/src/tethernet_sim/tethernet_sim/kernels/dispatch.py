@@ -21,7 +21,6 @@ def serve(function: Callable[..., Any], choose: Callable[[type], Callable[..., A
             there is none, and compiling ends with numba's TypingError.
         options: how that one is compiled, see kernels.options.
     """
-    names = ", ".join(inspect.signature(function).parameters)
 
     def implementation(*arguments):
         kind: Any = arguments[0]
@@ -30,21 +29,26 @@ def serve(function: Callable[..., Any], choose: Callable[[type], Callable[..., A
         return choose(kind.instance_class)  # type: ignore[attr-defined]  # numba's annotations leave it out
 
     # numba compares the signatures.
-    overload(function, jit_options=options)(eval(f"lambda {names}: choose({names})", {"choose": implementation}))
+    overload(function, jit_options=options)(passing_on(function, implementation))
 
 
 def passing_on(function: Callable[..., Any], kernel: Callable[..., Any]) -> Callable[..., Any]:
     """A plain function of the arguments of ``function`` that hands them to a kernel."""
-    names = ", ".join(inspect.signature(function).parameters)
-    passed: Callable[..., Any] = eval(f"lambda {names}: serve({names})", {"serve": kernel})
-    return passed
+    return _of_the_arguments(function, f"kernel({_names(function)})", {"kernel": kernel})
 
 
 def constant(function: Callable[..., Any], result: str) -> Callable[..., Any]:
     """A plain function of the arguments of ``function`` that returns the value of an expression of them."""
-    names = ", ".join(inspect.signature(function).parameters)
-    idle: Callable[..., Any] = eval(f"lambda {names}: {result}", {})
-    return idle
+    return _of_the_arguments(function, result, {})
+
+
+def _of_the_arguments(function: Callable[..., Any], expression: str, known: dict[str, Any]) -> Callable[..., Any]:
+    result: Callable[..., Any] = eval(f"lambda {_names(function)}: {expression}", known)
+    return result
+
+
+def _names(function: Callable[..., Any]) -> str:
+    return ", ".join(inspect.signature(function).parameters)
 
 
 def serve_by_module(function: Callable[..., Any], modules: dict[type, Any], options: Any) -> None:

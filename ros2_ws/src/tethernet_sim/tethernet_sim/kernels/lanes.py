@@ -20,6 +20,9 @@ COUNT = 8
 COMPRESSES = binding.get_host_cpu_features().get("avx512vl", False)
 """Whether this processor moves the lanes that are wanted to the front in one instruction."""
 _DOUBLES = ir.VectorType(ir.DoubleType(), COUNT)
+_LONGS = ir.VectorType(ir.IntType(64), COUNT)
+_POINTERS = ir.VectorType(ir.DoubleType().as_pointer(), COUNT)
+_BYTES = ir.VectorType(ir.IntType(8), COUNT)
 _BITS = ir.VectorType(ir.IntType(1), COUNT)
 _INDICES = ir.VectorType(ir.IntType(32), COUNT)
 _INT = ir.IntType(32)
@@ -72,13 +75,18 @@ def _address(context: Any, builder: Any, kind: Any, array: Any, index: Any, item
     return builder.bitcast(builder.gep(struct.data, [index]), item.as_pointer())
 
 
+def _in_all(builder: Any, value: Any, kind: ir.VectorType) -> Any:
+    """One value in all lanes of a vector type."""
+    one = builder.insert_element(ir.Constant(kind, ir.Undefined), value, _INT(0))
+    return builder.shuffle_vector(one, one, ir.Constant(_INDICES, [0] * COUNT))
+
+
 @_instructions
 def spread(_typing, value):
     """One number in all lanes."""
 
     def generate(_context, builder, _signature, args):
-        one = builder.insert_element(ir.Constant(_DOUBLES, ir.Undefined), args[0], _INT(0))
-        return builder.shuffle_vector(one, one, ir.Constant(_INDICES, [0] * COUNT))
+        return _in_all(builder, args[0], _DOUBLES)
 
     return _LANES(types.float64), generate
 
@@ -92,6 +100,49 @@ def load(_typing, row, index):
         return builder.load(_address(context, builder, signature.args[0], args[0], begin, _DOUBLES), align=8)
 
     return _LANES(row, index), generate
+
+
+@_instructions
+def gather(_typing, row, indices, index):
+    """Eight numbers of a contiguous row from all over it: those that eight ``indices`` (uint32), from an index of
+    theirs on, say.
+    """
+
+    def generate(context, builder, signature, args):
+        row, indices, index = args
+        kind, listed = signature.args[:2]
+        begin = builder.zext(index, ir.IntType(64)) if index.type.width < 64 else index
+        where = builder.load(_address(context, builder, listed, indices, begin, _INDICES), align=4)
+        struct = context.make_array(kind)(context, builder, value=row)
+        if context.enable_boundscheck:
+            size = builder.extract_value(struct.shape, 0)
+            for lane in range(COUNT):
+                wanted = builder.zext(builder.extract_element(where, _INT(lane)), ir.IntType(64))
+                cgutils.do_boundscheck(context, builder, wanted, size, 0)
+        base = _in_all(builder, builder.ptrtoint(struct.data, ir.IntType(64)), _LONGS)
+        far = builder.shl(builder.zext(where, _LONGS), ir.Constant(_LONGS, [3] * COUNT))
+        places = builder.inttoptr(builder.add(base, far), _POINTERS)
+        take = cgutils.get_or_insert_function(
+            builder.module, ir.FunctionType(_DOUBLES, [_POINTERS, _INT, _BITS, _DOUBLES]),
+            "llvm.masked.gather.v8f64.v8p0",
+        )  # fmt: skip
+        every = ir.Constant(_BITS, [1] * COUNT)
+        return builder.call(take, [places, _INT(8), every, ir.Constant(_DOUBLES, ir.Undefined)])
+
+    return _LANES(row, indices, index), generate
+
+
+@_instructions
+def mask_set(_typing, row, index):
+    """Which of eight bytes of a contiguous row, from an index on, are not 0: bit k of an integer for lane k."""
+
+    def generate(context, builder, signature, args):
+        begin = builder.zext(args[1], ir.IntType(64)) if args[1].type.width < 64 else args[1]
+        these = builder.load(_address(context, builder, signature.args[0], args[0], begin, _BYTES), align=1)
+        found = builder.icmp_unsigned("!=", these, ir.Constant(_BYTES, [0] * COUNT))
+        return builder.zext(builder.bitcast(found, ir.IntType(COUNT)), ir.IntType(64))
+
+    return types.uint64(row, index), generate
 
 
 @_instructions
@@ -125,6 +176,23 @@ def where_positive(_typing, tested, values):
         return builder.select(builder.fcmp_ordered(">", args[0], zero), args[1], zero)
 
     return _LANES(tested, values), generate
+
+
+def _chosen(symbol: str, description: str) -> Callable[..., Any]:
+    """Of each lane the value of two that a comparison holds for, the second where it holds for none."""
+
+    def choose(_typing, these, those):
+        def generate(_context, builder, _signature, args):
+            return builder.select(builder.fcmp_ordered(symbol, *args), *args)
+
+        return _LANES(these, those), generate
+
+    choose.__doc__ = description
+    return _instructions(choose)
+
+
+least = _chosen("<", "The smaller of two values, lane by lane.")
+greatest = _chosen(">", "The greater of two values, lane by lane.")
 
 
 @_instructions

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from tethernet_sim.kernels import crossing_law, crossings, dispatch
+from tethernet_sim.kernels import crossing_law, crossing_work, crossings, dispatch
 from tethernet_sim.kernels.crossing_kinds import Crossings, CrossingThreads, NoCrossings
 from tethernet_sim.kernels.options import INLINED, KERNEL
 
@@ -53,38 +53,38 @@ def end(threads: Crossings, work: Any, crossed: Any, count: Any) -> None:
 
 
 def _begin(threads, width, crossed, count):
-    work = crossings.workspace(len(threads.ends), width, crossings.room(len(threads.ends), count[0]))
-    work.counts[crossings.RECORDS] = count[0]
+    work = crossing_work.workspace(len(threads.ends), width, crossing_work.room(len(threads.ends), count[0]))
+    work.counts[crossing_work.RECORDS] = count[0]
     work.records[: count[0]] = crossed[: count[0]]
     return work
 
 
 def _look(threads, work, numbers, knots, pos, vel):
     counts = work.counts
-    if counts[crossings.LOOK_IN] > 0:
-        counts[crossings.LOOK_IN] -= 1
+    if counts[crossing_work.LOOK_IN] > 0:
+        counts[crossing_work.LOOK_IN] -= 1
         return 0
     needed = crossings.look(work, threads.ends, numbers, knots, pos, vel)
     if needed == 0:
-        counts[crossings.LOOK_IN] = crossings.LOOK_STEPS - 1
+        counts[crossing_work.LOOK_IN] = crossings.LOOK_STEPS - 1
     return needed
 
 
 def _with_room(threads, work, pairs):
-    return crossings.with_room(work, pairs)
+    return crossing_work.with_room(work, pairs)
 
 
 def _push(threads, work, numbers, mass, kick, pos, vel):
     found = crossing_law.find(work, numbers, pos)
-    work.counts[crossings.TOUCHING] = crossing_law.push(work, numbers, mass, kick, pos, vel, found)
+    work.counts[crossing_work.TOUCHING] = crossing_law.push(work, numbers, mass, kick, pos, vel, found)
 
 
 def _react(threads, work, vel):
-    crossing_law.react(work, work.counts[crossings.TOUCHING], vel)
+    crossing_law.react(work, work.counts[crossing_work.TOUCHING], vel)
 
 
 def _end(threads, work, crossed, count):
-    count[0] = crossings.store(work, crossed)
+    count[0] = crossing_work.store(work, crossed)
 
 
 def _serve(function: Any, kernel: Any, nothing: str, options: Any) -> None:
