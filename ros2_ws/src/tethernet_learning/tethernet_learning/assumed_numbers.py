@@ -21,8 +21,10 @@ from tethernet_sim.fly import Settings
 from tethernet_sim.scenario import Scenario
 from tethernet_sim.settings import PhysicsParameters
 
-AS_DESCRIBED, RANDOM = "described", "random"
+AS_DESCRIBED, RANDOM, ENDS = "described", "random", "ends"
 CHOICES = (AS_DESCRIBED, RANDOM)
+CHOICES_OF_TRAINING = (*CHOICES, ENDS)
+"""``ends``: as described, then with each number alone at either end of its range, see :func:`at_ends`."""
 GROUP = 8
 """Different scenarios that share a draw: they are flown as one batch, which is what makes a flight cheap."""
 
@@ -81,7 +83,38 @@ def drawn(base: Flight, seed: int) -> tuple[Flight, dict[str, float]]:
         number.name: number.value(share, float(getattr(physics, number.name)))
         for number, share in zip(OF_PHYSICS, of_physics.tolist(), strict=True)
     }
-    flown = changed(system, entries)
+    return _flown_with(base, entries, parameters), {**entries, **parameters}
+
+
+def at_ends(base: Flight) -> list[tuple[Flight, dict[str, float]]]:
+    """How a system is flown as it is described, then with each assumed number alone at either end of its range.
+
+    Args:
+        base: how it is flown as it is described; all else stays.
+
+    Returns:
+        System and settings, with a stable time step, and the number that is changed by its name; an end that is the
+        described value is left out.
+    """
+    flights: list[tuple[Flight, dict[str, float]]] = [(base, {})]
+    for number in OF_SYSTEM:
+        entry = described_entry(base.system.content, number.name)
+        for share in (0.0, 1.0) if entry is not None else ():
+            value = number.value(share, float(entry))
+            if value != entry:
+                flights.append((_flown_with(base, {number.name: value}, {}), {number.name: value}))
+    for number in OF_PHYSICS:
+        described = float(getattr(base.settings.physics, number.name))
+        for share in (0.0, 1.0):
+            value = number.value(share, described)
+            if value != described:
+                flights.append((_flown_with(base, {}, {number.name: value}), {number.name: value}))
+    return flights
+
+
+def _flown_with(base: Flight, entries: dict[str, float], parameters: dict[str, float]) -> Flight:
+    """With entries of the description and parameters of the physics replaced, and a stable time step."""
+    flown, physics = changed(base.system, entries), base.settings.physics
     as_given = {name: getattr(physics, name) for name in PhysicsParameters.__dataclass_fields__ if name != "FILE"}
     wanted = load(PhysicsParameters, {**as_given, **parameters})
     step_s = stable_step_s(flown, wanted, base.settings.control)
@@ -90,7 +123,7 @@ def drawn(base: Flight, seed: int) -> tuple[Flight, dict[str, float]]:
         base.settings.control,
         base.settings.mission,
     )
-    return Flight(flown, settings), {**entries, **parameters}
+    return Flight(flown, settings)
 
 
 def groups(scenarios: Sequence[Scenario]) -> list[tuple[list[int], int]]:

@@ -85,16 +85,16 @@ class SurrogateCapture:
         return dataclasses.replace(flown, cqi=all_cqi, locked_pairs=all_pairs, fuel_kg=total)
 
 
-class RandomlyAssumed:
-    """Another source with the numbers that nobody has measured drawn at random, for each group of scenarios anew.
+class _Assumed:
+    """Another source with other numbers that nobody has measured for each group of scenarios.
 
-    A surrogate knows captures with the numbers that it was trained with: with it the draws change what comes before.
+    A surrogate knows captures with the numbers that it was trained with: with it they change what comes before.
     """
 
     def __init__(self, source: Source, base: Flight):
         """Args:
         source: flies.
-        base: what is flown as it is described; the numbers that are not drawn are its.
+        base: what is flown as it is described; the numbers that are not changed are its.
         """
         self._source, self._base = source, base
 
@@ -102,11 +102,30 @@ class RandomlyAssumed:
         """See :class:`Source`."""
         base = flight or self._base
         parts, order = [], []
-        for numbers, seed in assumed_numbers.groups(scenarios):
-            flown_with, _ = assumed_numbers.drawn(base, seed)
+        for group, (numbers, seed) in enumerate(assumed_numbers.groups(scenarios)):
+            flown_with = self._flight(base, group, seed)
             parts.append(self._source.fly([scenarios[number] for number in numbers], flown_with))
             order += numbers
         return together(parts, order)
+
+    def _flight(self, base: Flight, group: int, seed: int) -> Flight:
+        """How a group of scenarios is flown."""
+        raise NotImplementedError
+
+
+class RandomlyAssumed(_Assumed):
+    """With these numbers drawn at random, for each group anew."""
+
+    def _flight(self, base: Flight, group: int, seed: int) -> Flight:
+        return assumed_numbers.drawn(base, seed)[0]
+
+
+class AssumedAtEnds(_Assumed):
+    """As described, then with each of these numbers alone at either end of its range: a group each, over and over."""
+
+    def _flight(self, base: Flight, group: int, seed: int) -> Flight:
+        flights = assumed_numbers.at_ends(base)
+        return flights[group % len(flights)][0]
 
 
 def _as_flown(

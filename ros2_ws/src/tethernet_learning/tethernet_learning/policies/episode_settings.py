@@ -32,7 +32,8 @@ class EpisodeSettings:
     noise: str = "split"
     """Of the surrogate, one of :data:`.surrogate_file.NOISES`; ``paper`` [P]."""
     assumed: str = assumed_numbers.AS_DESCRIBED
-    """Numbers that nobody has measured, one of :data:`.assumed_numbers.CHOICES`: as described, or drawn at random."""
+    """Numbers that nobody has measured, one of :data:`.assumed_numbers.CHOICES_OF_TRAINING`: as described, drawn at
+    random, or each at either end of its range."""
 
     def __post_init__(self) -> None:
         """Raises:
@@ -40,8 +41,8 @@ class EpisodeSettings:
         """
         if self.symmetry not in task.SYMMETRIES:
             raise ValueError(f"symmetry {self.symmetry!r}; allowed: {', '.join(task.SYMMETRIES)}")
-        if self.assumed not in assumed_numbers.CHOICES:
-            raise ValueError(f"assumed {self.assumed!r}; allowed: {', '.join(assumed_numbers.CHOICES)}")
+        if self.assumed not in assumed_numbers.CHOICES_OF_TRAINING:
+            raise ValueError(f"assumed {self.assumed!r}; allowed: {', '.join(assumed_numbers.CHOICES_OF_TRAINING)}")
 
     @property
     def task(self) -> Task:

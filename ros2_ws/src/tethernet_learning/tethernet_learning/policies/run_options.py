@@ -29,7 +29,7 @@ _CHOICES = {
     "symmetry": task.SYMMETRIES,
     "source": (sources.SURROGATE, sources.FULL),
     "noise": NOISES,
-    "assumed": assumed_numbers.CHOICES,
+    "assumed": assumed_numbers.CHOICES_OF_TRAINING,
     "baseline": BASELINES,
 }
 
@@ -97,12 +97,13 @@ def prepare(
     file = surrogate_file if settings.source == sources.SURROGATE else None
     reward = Reward.load(system, settings.reward, references_file)
     source = sources.make(settings.source, flights, file, settings.noise)
-    if settings.assumed == assumed_numbers.RANDOM:
-        source = sources.RandomlyAssumed(source, Flight(system, flights))
+    if settings.assumed != assumed_numbers.AS_DESCRIBED:
+        kind = sources.RandomlyAssumed if settings.assumed == assumed_numbers.RANDOM else sources.AssumedAtEnds
+        source = kind(source, Flight(system, flights))
         if file:
             print(
-                "warning: the surrogate knows captures with the described numbers only; --source full draws them for "
-                "captures too",
+                "warning: the surrogate knows captures with the described numbers only; --source full changes them "
+                "for captures too",
                 file=sys.stderr,
             )
     fingerprint = settings_fingerprint(flights)

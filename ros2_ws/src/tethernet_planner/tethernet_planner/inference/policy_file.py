@@ -56,8 +56,13 @@ class AimingPolicy:
         if not self.task.inside(debris_position):
             position = ", ".join(f"{value:g}" for value in debris_position)
             raise OutsideTrainingError(f"debris at ({position}) m; trained: {self.task.bounds_text()}")
-        observation, image = self.task.scale_observation(debris_position)
-        return self.task.offsets_from_action(networks.dense(self.arrays, observation[None])[0], image)
+        _, image = self.task.scale_observation(debris_position)
+        return self.task.offsets_from_action(self.action(debris_position), image)
+
+    def action(self, debris_position: Sequence[float]) -> np.ndarray:
+        """What the network answers for the image of a position [m] that stands for all, see :mod:`.task`: (2 M,)."""
+        observation, _ = self.task.scale_observation(debris_position)
+        return networks.dense(self.arrays, observation[None])[0]
 
     def aiming_points(self, system: System, debris_position: Sequence[float]) -> list[Point]:
         """Aiming points [m] of all units, unit 1 first: a policy in the sense of :mod:`tethernet_planner.policies`.
@@ -122,3 +127,16 @@ def constant_policy(
     flat = np.asarray(offsets, float).ravel() / task.offset_limit_m
     arrays = {"weight_0": np.zeros((len(flat), 3), np.float32), "bias_0": flat.astype(np.float32)}
     return AimingPolicy(MadeFor.of(system), task, arrays, about or {})
+
+
+def moved_policy(policy: AimingPolicy, offsets: np.ndarray, about: dict[str, Any]) -> AimingPolicy:
+    """A policy that gives the same offsets more than another one.
+
+    Args:
+        policy: the other one.
+        offsets: [m], shape (M, 2); those for the one image that stands for all.
+        about: facts for the model card.
+    """
+    last = f"bias_{networks.dense_layers(policy.arrays) - 1}"
+    moved = policy.arrays[last] + np.asarray(offsets, float).ravel() / policy.task.offset_limit_m
+    return AimingPolicy(policy.made_for, policy.task, {**policy.arrays, last: moved.astype(np.float32)}, about)
