@@ -114,7 +114,7 @@ def search(
         "tolx": 0.0,
     }
     task = settings.task
-    searched = _searched(task, settings.symmetric)
+    searched = searched_directions(task, settings.symmetric)
     strategy = cma.CMAEvolutionStrategy([0.0] * len(searched), settings.sigma_m / task.offset_limit_m, options)
     record = folder / FILE
     generations = json.loads(record.read_text(encoding="utf-8")) if record.exists() else []
@@ -139,7 +139,7 @@ def search(
     return constant_policy(settings.system, task, center.reshape(-1, 2), about)
 
 
-def _searched(task: Task, symmetric: bool) -> np.ndarray:
+def searched_directions(task: Task, symmetric: bool) -> np.ndarray:
     """Orthonormal directions of the offsets that are searched, shape (., 2 M)."""
     every = np.eye(2 * task.unit_count)
     if not symmetric:
