@@ -98,7 +98,7 @@ def test_ends_are_each_number_alone_at_either_end(mus):
     base = Flight(system, Settings.load(system))
     flights = assumed_numbers.at_ends(base)
     assert flights[0] == (base, {})
-    numbers = [number for number in assumed_numbers.OF_SYSTEM + assumed_numbers.OF_PHYSICS]
+    numbers = assumed_numbers.OF_SYSTEM + assumed_numbers.OF_PHYSICS
     changed = [next(iter(entry.items())) for _, entry in flights[1:]]
     assert len(changed) == 2 * len(numbers) - (1 if mus == 4 else 2), "a winch is at most as stiff as described"
     for (name, value), (flight, _) in zip(changed, flights[1:], strict=True):
