@@ -56,7 +56,7 @@ COMMAND = Subcommand(
     (
         "--mus 8 --surrogate SURROGATE/surrogate.safetensors --output RUN", "--mus 4 --source full --output RUN",
         "--mus 8 --source full --reward lean --symmetry system --begin-with RUN/policy.safetensors "
-        "--assumed ends --scenarios 72 --worst 0.3 --symmetric --sigma-m 0.25 --output ROBUST",
+        "--assumed ends --scenarios 72 --worst 0.5 --symmetric --sigma-m 0.25 --output ROBUST",
     ),
     run, _add_arguments,
 )  # fmt: skip
