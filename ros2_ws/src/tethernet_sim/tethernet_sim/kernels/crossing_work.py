@@ -34,9 +34,8 @@ class CrossingWork(NamedTuple):
     thread_leave: np.ndarray  # (2, X) that of the thread's faster end [m]
     box: np.ndarray  # (6, blocks BLOCK) least and largest x, y, z of each thread, its leave included [m]
     block_box: np.ndarray  # (6, .) of each block; what fills up both overlaps with nothing
-    limits: np.ndarray  # (6,) of the box that is looked at
-    close: np.ndarray  # (blocks + BLOCK,) blocks that overlap with it
-    found: np.ndarray  # (blocks BLOCK + BLOCK,) threads that do
+    close: np.ndarray  # (blocks + BLOCK,) blocks that overlap with the one that is looked at
+    found: np.ndarray  # (blocks BLOCK + BLOCK,) threads that overlap with the one that is looked at
     candidates: np.ndarray  # (2, C) threads of pairs whose boxes overlap, until there are many
     candidate_ends: np.ndarray  # (4, C) their knots
     candidate_record: np.ndarray  # (C,) their records, -1: none
@@ -82,7 +81,7 @@ def workspace(threads, width, pairs):
     box[::2], block_box[::2] = np.inf, np.inf
     return CrossingWork(
         np.zeros(6, np.int64), np.zeros((2, 6)), np.zeros((2, 3, width)), np.zeros((2, width)), np.zeros((2, threads)),
-        box, block_box, np.zeros(6), np.empty(count + BLOCK, np.uint32), np.empty(count * BLOCK + BLOCK, np.uint32),
+        box, block_box, np.empty(count + BLOCK, np.uint32), np.empty(count * BLOCK + BLOCK, np.uint32),
         np.empty((2, some), np.uint32), np.empty((4, some), np.uint32), np.empty(some),
         np.full(threads, -1, np.int64), np.empty((2, room), np.uint32),
         np.empty((4, room), np.uint32), np.empty((MEMORY, room)), np.empty(room, np.uint8),

@@ -35,7 +35,7 @@ LOOK_STEPS = 5
 """Steps between two looks at how far the knots have come."""
 LIST_S, NEAR_S = 0.01, 0.002
 """For how long each list serves if all knots go on as they do [s]."""
-LIST_LEAVE_M, NEAR_LEAVE_M = 0.004, 0.0005
+LIST_LEAVE_M, NEAR_LEAVE_M = 0.01, 0.0005
 """What a knot may come away in any case [m]."""
 LEAVE_SHARE = 1.25
 """Of what a knot would come away at its present speed: it may become faster."""
@@ -148,13 +148,24 @@ def cover(work, a, b):
 
 
 @inlined
+def spread_box(box, one):
+    """Least and largest x, y, z of one box, each in eight lanes."""
+    return (
+        lanes.spread(box[0, one]), lanes.spread(box[1, one]), lanes.spread(box[2, one]), lanes.spread(box[3, one]),
+        lanes.spread(box[4, one]), lanes.spread(box[5, one]),
+    )  # fmt: skip
+
+
+@inlined
 def overlapping(box, limits, begin):
-    """Which of eight boxes from ``begin`` on overlap with ``limits``, least and largest x, y, z: bits."""
-    apart = np.uint64(0)
-    for axis in range(3):
-        low, high = box[2 * axis], box[2 * axis + 1]
-        apart |= lanes.mask_greater(lanes.load(low, begin), lanes.spread(limits[2 * axis + 1]))
-        apart |= lanes.mask_greater(lanes.spread(limits[2 * axis]), lanes.load(high, begin))
+    """Which of eight boxes from ``begin`` on overlap with one, see :func:`spread_box`: bits."""
+    low_x, high_x, low_y, high_y, low_z, high_z = limits
+    apart = lanes.mask_greater(lanes.load(box[0], begin), high_x)
+    apart |= lanes.mask_greater(low_x, lanes.load(box[1], begin))
+    apart |= lanes.mask_greater(lanes.load(box[2], begin), high_y)
+    apart |= lanes.mask_greater(low_y, lanes.load(box[3], begin))
+    apart |= lanes.mask_greater(lanes.load(box[4], begin), high_z)
+    apart |= lanes.mask_greater(low_z, lanes.load(box[5], begin))
     return apart ^ np.uint64(255)
 
 
@@ -241,29 +252,28 @@ def list_pairs(work, threads, numbers, knots, pos, vel):
         work.head[of] = r
         # One that has gone through may be farther apart than its boxes say.
         cover(work, of, np.int64(work.records[r, 1]))
-    count, box, block_box, limits, close = 0, work.box, work.block_box, work.limits, work.close
+    count, box, block_box, close = 0, work.box, work.block_box, work.close
     last, most = np.uint64(blocks(len(threads))), np.uint64(len(threads))
     eight, candidates = np.uint64(BLOCK), np.uint64(0)
     for one in range(last):
-        for side in range(6):
-            limits[side] = block_box[side, one]
-        some = np.uint64(0)
+        limits, some = spread_box(block_box, one), np.uint64(0)
         for group in range(one // eight, np.uint64(blocks(last))):
-            some = lanes.append_indices(close, some, eight * group, overlapping(block_box, limits, eight * group))
+            begin = eight * group
+            overlap = overlapping(block_box, limits, begin)
+            if begin < one:  # not those before itself
+                overlap &= ~first_lanes(one - begin)
+            some = lanes.append_indices(close, some, begin, overlap)
         for a in range(eight * one, min(eight * one + eight, most)):
             if candidates > most:  # there is room for as many more: while work.found is free
                 count = list_candidates(work, distance, pos, candidates, count)
                 candidates = np.uint64(0)
-            for side in range(6):
-                limits[side] = box[side, a]
-            found = np.uint64(0)
+            limits, found = spread_box(box, a), np.uint64(0)
             for c in range(some):
-                if close[c] >= one:
-                    begin = eight * np.uint64(close[c])
-                    overlap = overlapping(box, limits, begin)
-                    if close[c] == one:  # those behind a itself
-                        overlap &= ~first_lanes(a - begin + np.uint64(1))
-                    found = lanes.append_indices(work.found, found, begin, overlap)
+                begin = eight * np.uint64(close[c])
+                overlap = overlapping(box, limits, begin)
+                if close[c] == one:  # those behind a itself
+                    overlap &= ~first_lanes(a - begin + np.uint64(1))
+                found = lanes.append_indices(work.found, found, begin, overlap)
             candidates = add_candidates(work, threads, a, found, candidates)
     count = list_candidates(work, distance, pos, candidates, count)
     work.counts[LISTED], work.counts[NEAR] = count, 0
