@@ -55,8 +55,7 @@ COMMAND = Subcommand(
     "file; or what to add to a trained policy. Killed and started again with the same words it goes on.",
     (
         "--mus 8 --surrogate SURROGATE/surrogate.safetensors --output RUN", "--mus 4 --source full --output RUN",
-        "--mus 8 --source full --reward lean --symmetry system --begin-with RUN/policy.safetensors "
-        "--assumed ends --scenarios 72 --worst 0.5 --symmetric --sigma-m 0.25 --output ROBUST",
+        "--mus 8 --source full --begin-with P.safetensors --assumed ends --scenarios 72 --output R",
     ),
     run, _add_arguments,
 )  # fmt: skip
