@@ -140,6 +140,9 @@ def test_wrong_words_are_refused_with_what_is_allowed(tmp_path, capsys):
     constant_policy(ZENIT_4, TASK, np.zeros((4, 2))).save(tmp_path / "p.safetensors")
     assert tethernet(*words, "--begin-with", str(tmp_path / "p.safetensors")) == 2
     assert "was trained for other bounds or images; --symmetry says which" in capsys.readouterr().err
+    words[1] = "policy"
+    assert tethernet(*words, "--assumed", "ends") == 2
+    assert "32 envs; allowed with assumed = ends: multiples of 80" in capsys.readouterr().err
     assert not (tmp_path / "run").exists()
     with pytest.raises(model_file.ModelFileError):
         AimingPolicy.load(tmp_path / "run")

@@ -8,9 +8,11 @@ from typing import Any
 
 from tethernet_core.system import System
 from tethernet_learning import assumed_numbers
+from tethernet_learning.flight_settings import Flight
 from tethernet_learning.symmetries import group
 from tethernet_planner.inference import task
 from tethernet_planner.inference.task import Task, aimed_task_of
+from tethernet_sim.fly import Settings
 
 
 @dataclass(frozen=True)
@@ -43,6 +45,26 @@ class EpisodeSettings:
             raise ValueError(f"symmetry {self.symmetry!r}; allowed: {', '.join(task.SYMMETRIES)}")
         if self.assumed not in assumed_numbers.CHOICES_OF_TRAINING:
             raise ValueError(f"assumed {self.assumed!r}; allowed: {', '.join(assumed_numbers.CHOICES_OF_TRAINING)}")
+
+    def check_ends(self, name: str, flown_together: int) -> None:
+        """Make sure that what is flown together has all choices of the assumed numbers, where each is taken in turn.
+
+        Args:
+            name: of the setting that says how many scenarios are flown together.
+            flown_together: its value.
+
+        Raises:
+            ValueError: naming the value and what is allowed.
+        """
+        if self.assumed != assumed_numbers.ENDS:
+            return
+        choices = len(assumed_numbers.at_ends(Flight(self.system, Settings.load(self.system))))
+        needed = assumed_numbers.GROUP * choices
+        if flown_together % needed:
+            raise ValueError(
+                f"{flown_together} {name}; allowed with assumed = {assumed_numbers.ENDS}: multiples of {needed}, "
+                f"{assumed_numbers.GROUP} with each of {choices} choices of the assumed numbers"
+            )
 
     @property
     def task(self) -> Task:

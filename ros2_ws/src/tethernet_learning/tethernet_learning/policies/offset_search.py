@@ -15,7 +15,6 @@ import numpy as np
 
 from tethernet_core import atomic_file
 from tethernet_learning import assumed_numbers, run_folder
-from tethernet_learning.flight_settings import Flight
 from tethernet_learning.policies import episodes
 from tethernet_learning.policies.capture_sources import Source
 from tethernet_learning.policies.episode_settings import EpisodeSettings
@@ -24,7 +23,6 @@ from tethernet_learning.random_scenarios import random_scenarios
 from tethernet_learning.seeds import Purpose
 from tethernet_planner.inference.policy_file import AimingPolicy, constant_policy, moved_policy
 from tethernet_planner.inference.task import Task
-from tethernet_sim.fly import Settings
 
 FILE = "generations.json"
 
@@ -58,14 +56,7 @@ class SearchSettings(EpisodeSettings):
             )
         if not 0.0 < self.worst <= 1.0:
             raise ValueError(f"worst {self.worst}; allowed: above 0, up to 1")
-        if self.assumed == assumed_numbers.ENDS:
-            flights = len(assumed_numbers.at_ends(Flight(self.system, Settings.load(self.system))))
-            needed = assumed_numbers.GROUP * flights
-            if self.scenarios % needed:
-                raise ValueError(
-                    f"{self.scenarios} scenarios; allowed with assumed = {assumed_numbers.ENDS}: multiples of "
-                    f"{needed}, {assumed_numbers.GROUP} with each of {flights} choices of the assumed numbers"
-                )
+        self.check_ends("scenarios", self.scenarios)
 
     @property
     def generations(self) -> int:

@@ -52,14 +52,16 @@ class PpoSettings(EpisodeSettings):
         super().__post_init__()
         if self.baseline not in BASELINES:
             raise ValueError(f"baseline {self.baseline!r}; allowed: {', '.join(BASELINES)}")
-        if self.baseline == DRAW and (self.assumed != assumed_numbers.RANDOM or self.envs % assumed_numbers.GROUP):
+        alike = self.assumed == assumed_numbers.AS_DESCRIBED
+        if self.baseline == DRAW and (alike or self.envs % assumed_numbers.GROUP):
             raise ValueError(
-                f"baseline {DRAW}: allowed with assumed = {assumed_numbers.RANDOM} and envs a multiple of the "
-                f"{assumed_numbers.GROUP} scenarios that share a draw"
+                f"baseline {DRAW}: allowed with assumed = {assumed_numbers.RANDOM} or {assumed_numbers.ENDS} and envs "
+                f"a multiple of the {assumed_numbers.GROUP} scenarios that share a draw"
             )
         for name in ("episodes", "envs", "steps", "batch", "epochs"):
             if getattr(self, name) < 1:
                 raise ValueError(f"{name} = {getattr(self, name)}; allowed: 1 or more")
+        self.check_ends("envs", self.envs)
         if self.episodes % (self.envs * self.steps):
             raise ValueError(
                 f"episodes = {self.episodes}; allowed: a multiple of envs x steps = {self.envs * self.steps}, "
