@@ -1,6 +1,7 @@
 """The search for offsets: alone, on top of a trained policy, for the assumed numbers in which a policy saves least."""
 
 import dataclasses
+import json
 
 import numpy as np
 import pytest
@@ -61,7 +62,7 @@ def test_what_is_found_comes_on_top_of_a_trained_policy(tmp_path):
     first = constant_policy(ZENIT_4, plain, np.full((4, 2), 0.7))
     policy = search(tmp_path / "run", settings(episodes=60 * 128, scenarios=16), TwoKinds(), first)
     assert policy.offsets((3.0, 0.0, -50.0))[0, 0] == pytest.approx(1.0, abs=0.11)
-    mean_m = np.array(offset_search.json.loads((tmp_path / "run" / offset_search.FILE).read_text())[-1]["mean_m"])
+    mean_m = np.array(json.loads((tmp_path / "run" / offset_search.FILE).read_text())[-1]["mean_m"])
     assert mean_m[0] == pytest.approx(0.3, abs=0.11)
 
 

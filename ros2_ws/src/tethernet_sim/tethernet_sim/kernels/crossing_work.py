@@ -13,7 +13,7 @@ from tethernet_sim.kernels.rows import padded
 BLOCK = lanes.COUNT
 """Threads in a block."""
 PAIRS_PER_THREAD = 12
-"""Listed pairs that there is room for at first: a net that unfolds has up to 10 a thread (measured)."""
+"""Listed pairs that there is room for at first; where a net that unfolds has more, room is made."""
 LISTED, NEAR, MADE, LOOK_IN, TOUCHING, RECORDS = range(6)
 """Entries of the counts: listed pairs, near pairs, whether there are lists; steps until the next look, pairs that touch
 in this step, records of touching pairs that are not in the lists yet."""
