@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from tests.systems import zenit
-from tethernet_learning import measured
+from tethernet_learning import assumed_numbers, measured
 from tethernet_learning.campaigns.comparison import compare
 from tethernet_learning.evaluation import holds
 from tethernet_learning.evaluation import policy_scores as evaluation
@@ -16,6 +16,9 @@ from tethernet_sim.fly import Settings
 
 FLOWN_AGAIN = 8
 """Of the 100 unseen scenarios of the cards, for each system."""
+
+FLOWN_DAMPED = 32
+"""Of the same scenarios, with the lowest damping of the threads: there missions differ more in what is saved."""
 
 HELD_AGAIN = 3
 """Of the scenarios with the hold test, for each system: each takes as long as five without."""
@@ -56,6 +59,25 @@ def test_the_shipped_policy_flies_as_its_card_says(mus):
     saved = compare(flown.outcomes[policies.NOMINAL], flown.outcomes[policies.RL])
     told = [1.0 - s[policies.RL]["fuel_kg"] / s[policies.NOMINAL]["fuel_kg"] for s in card["flown"][:FLOWN_AGAIN]]
     assert saved.reduction.value == pytest.approx(np.mean(told), abs=FUEL)
+
+
+@pytest.mark.parametrize("mus", [4, 8])
+def test_the_shipped_policy_saves_where_the_threads_damp_least(mus):
+    """At the end of the range of the number that nobody has measured and that closing depends on most."""
+    seed = measured.read(shipped_models.POLICY, zenit(mus).name)["seed"]
+    chosen = evaluation.contenders([policies.RL], [zenit(mus)])
+    [flown] = evaluation.evaluate(chosen, FLOWN_DAMPED, seed, {zenit(mus): at_low_damping(zenit(mus))})
+    assert all(outcome.captured for outcome in flown.outcomes[policies.RL])
+    saved = compare(flown.outcomes[policies.NOMINAL], flown.outcomes[policies.RL]).reduction
+    assert saved.value > 0.0
+
+
+def at_low_damping(system):
+    """How a system is flown whose threads damp as little as they may."""
+    name = "net.thread.damping_ratio"
+    flights = assumed_numbers.at_ends(Flight(system, Settings.load(system)))
+    [flight] = [flight for flight, changed in flights if changed.get(name) == 0.05]
+    return flight
 
 
 @pytest.mark.parametrize("mus", [4, 8])

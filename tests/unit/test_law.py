@@ -126,6 +126,28 @@ def test_intercept_gains_what_is_missing_and_nothing_else():
     assert out[0] == pytest.approx(OURS.mass * (1.0 / OURS.shortest_to_go) / OURS.closing_response)
 
 
+def closing_thrust(elapsed, closing_elapsed):
+    """Of a unit that the net has not turned yet: it flies outwards."""
+    force, at, velocity = [0.0] * 3, (16.0, 0.0, -50.0), (0.6, 0.0, -2.0)
+    law.command(
+        OURS, elapsed, closing_elapsed, 13.0, 0.05, at, velocity, START, AIM, CLOSE, [*at, *velocity, 0.0, 0.0, 0.0],
+        [0.0] * 3, [0.0] * 3, force, [0.0] * 3, [0.0] * 3,
+    )  # fmt: skip
+    return force
+
+
+@pytest.mark.parametrize(
+    ("trigger", "begins"),
+    [(23.0, 25.0 + OURS.closing_turn), (24.9, 24.9 + OURS.closing_coast), (30.0, 30.0 + OURS.closing_coast)],
+    ids=["net came early", "net came in time", "net came late"],
+)
+def test_closing_begins_when_the_units_have_been_where_they_were_aimed(trigger, begins):
+    """A net whose threads damp little comes more than a second before its mouth is open."""
+    before, after = begins - 0.05, begins + 0.05
+    assert closing_thrust(before, before - trigger) == [0.0, 0.0, 0.0]
+    assert closing_thrust(after, after - trigger)[0] < 0.0
+
+
 def test_pid_is_the_papers_equation():
     force, saturated, integral = thrust((0.0, 0.0, 0.0), (0.1, 0.0, -0.2), (0.2, -0.1, 0.0))
     # Kp e - Kd v + Ki (e dt)

@@ -245,7 +245,7 @@ def command(
     reference(p, elapsed, closing_elapsed, closing_duration, start, aim, close, desired, speed, thrust)
     if closing_elapsed < 0.0 or p.intercept == 0.0:
         pid_thrust(p, at, moving, desired, speed, integral, period, thrust)
-    elif closing_elapsed < p.closing_coast:
+    elif closing_elapsed < p.closing_coast or elapsed < p.deployment_time + p.closing_turn:
         thrust[0] = thrust[1] = thrust[2] = 0.0
     elif closing_elapsed > closing_duration:
         hold_thrust(p, at, moving, close, thrust)
@@ -280,8 +280,8 @@ def of_unit(p: Law, mass: float, limit: float) -> Law:
     return Law(
         p.estimate, p.position_variance, p.velocity_variance, p.velocity_noise, p.disturbance_noise, p.innovation_gate,
         mass, p.deployment_time, p.ramp_time, p.follow_through, p.kp, p.ki, p.kd, p.feed_forward, p.anti_windup,
-        p.dead_band, p.minimum_impulse, limit, p.intercept, p.closing_coast, p.closing_dead_band, p.closing_response,
-        p.shortest_to_go, p.hold_kp, p.hold_kd,
+        p.dead_band, p.minimum_impulse, limit, p.intercept, p.closing_coast, p.closing_turn,
+        p.closing_dead_band, p.closing_response, p.shortest_to_go, p.hold_kp, p.hold_kd,
     )  # fmt: skip
 
 

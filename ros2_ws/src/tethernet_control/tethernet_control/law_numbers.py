@@ -33,6 +33,7 @@ class Law(NamedTuple):
     limit: float  # [N]
     intercept: float  # 1: closing by intercept guidance, 0: by tracking a line
     closing_coast: float  # [s]
+    closing_turn: float  # [s]
     closing_dead_band: float  # [m/s]
     closing_response: float  # [s]
     shortest_to_go: float  # [s]
@@ -69,6 +70,7 @@ def law_numbers(control: ControlParameters, unit: Unit) -> Law:
         limit=unit.thrust_limit_n,
         intercept=float(control.closing_law == "intercept"),
         closing_coast=control.closing_coast_s,
+        closing_turn=control.closing_turn_s,
         closing_dead_band=control.closing_dead_band_m_s,
         closing_response=control.closing_response_s,
         shortest_to_go=control.closing_shortest_s,

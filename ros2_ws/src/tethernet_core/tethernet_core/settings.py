@@ -113,6 +113,13 @@ class ControlParameters:
         low=0.0,
         high=10.0,
     )
+    closing_turn_s: float = parameter(
+        "intercept: thrusters off until so long after deployment_time_s too: before the mouth is as wide as it was "
+        "aimed the MUs fly outwards, and the net turns them round for nothing",
+        unit="s",
+        low=0.0,
+        high=10.0,
+    )
     closing_dead_band_m_s: float = parameter(
         "intercept: velocity that may be missing before thrust is spent", unit="m/s", low=0.0, high=10.0
     )
