@@ -23,7 +23,7 @@ from tethernet_planner.debris_section import longest_axis
 from tethernet_planner.docking_groups import groupings, pairs_of
 from tethernet_planner.meeting_places import MeetingPlaces, Place
 
-_TURN_RAD, _LEAST_SHARE = math.radians(38.0), 0.6
+_TURN_RAD, _LEAST_SHARE = math.radians(38.0), 0.55
 """The long axis may turn so far until two docking groups meet, unless they had less than this share of their time
 for it.
 """
