@@ -188,9 +188,11 @@ class MissionParameters:
         "8 MUs: time to fly to one meeting place for all", unit="s", low=1.0, high=100.0
     )
     group_duration_s: float = parameter(
-        "8 MUs: time to fly to two meeting places, at most: less round a debris that turns; shorter than to one, "
-        "because stretching the net that far takes another try more often", unit="s", low=1.0, high=100.0,
-    )  # fmt: skip
+        "8 MUs: time to fly to two meeting places, at most: less round a debris that turns",
+        unit="s",
+        low=1.0,
+        high=100.0,
+    )
     closing_slack_m: float = parameter(
         "planned: length of net that must be left at the meeting place, for folds and snags",
         unit="m",
