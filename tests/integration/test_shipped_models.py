@@ -75,8 +75,9 @@ def test_the_shipped_policy_saves_where_the_threads_damp_least(mus):
 def at_low_damping(system):
     """How a system is flown whose threads damp as little as they may."""
     name = "net.thread.damping_ratio"
+    [damping] = [number for number in assumed_numbers.OF_SYSTEM if number.name == name]
     flights = assumed_numbers.at_ends(Flight(system, Settings.load(system)))
-    [flight] = [flight for flight, changed in flights if changed.get(name) == 0.05]
+    [flight] = [flight for flight, changed in flights if changed.get(name) == damping.low]
     return flight
 
 

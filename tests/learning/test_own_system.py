@@ -26,7 +26,7 @@ NAME = "mine"
 TEXT = """
 name: mine
 based_on: hexagonal_6mu
-capture: {cqi_threshold: 1.38} # half of its captures
+capture: {cqi_threshold: 1.38} # some of its captures, not all
 """
 
 
