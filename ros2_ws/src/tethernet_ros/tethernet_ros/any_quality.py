@@ -17,6 +17,7 @@ from rclpy.node import Node
 from rclpy.qos import QoSDurabilityPolicy, QoSProfile, QoSReliabilityPolicy
 from rclpy.subscription import Subscription
 
+from tethernet_ros.stop_request import leave_if_asked
 from tethernet_ros.well_formed import Message
 
 
@@ -72,6 +73,7 @@ def subscribe(
             node.get_logger().info(f"a publisher of {topic} offers less than asked for: all are heard as they come")
             heard = node.create_subscription(kind, topic, callback, undemanding(qos), callback_group=group, raw=raw)
 
+    leave_if_asked()
     events = SubscriptionEventCallbacks(incompatible_qos=on_incompatible)
     heard = node.create_subscription(kind, topic, take, qos, callback_group=group, raw=raw, event_callbacks=events)
     return lambda: heard

@@ -29,6 +29,7 @@ from tethernet_ros import any_quality
 from tethernet_ros.checks import Check
 from tethernet_ros.polled_group import PolledGroup
 from tethernet_ros.qos import SERVICE
+from tethernet_ros.stop_request import leave_if_asked
 from tethernet_ros.template import Template
 from tethernet_ros.well_formed import Message, MessageError, not_finite
 
@@ -153,6 +154,7 @@ class Door:
 
     def publish(self, kind: type[Message], topic: str, qos: QoSProfile) -> GuardedPublisher:
         """A publisher that lets no number out that is not finite."""
+        leave_if_asked()
         return GuardedPublisher(self._node.create_publisher(kind, topic, qos), topic, self)
 
     def serve(
@@ -182,10 +184,12 @@ class Door:
                 return refusal
             return filled
 
+        leave_if_asked()
         self._node.create_service(kind, name, answer, qos_profile=SERVICE)
 
     def ask(self, kind: type[Any], name: str) -> Asker:
         """A client of a service."""
+        leave_if_asked()
         return Asker(self._node.create_client(kind, name, qos_profile=SERVICE), name, self)
 
     def drop(self, name: str, reason: object, statistics: dict[str, Drops] | None = None) -> None:

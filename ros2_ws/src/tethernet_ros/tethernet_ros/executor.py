@@ -26,6 +26,7 @@ from rclpy.task import Future
 from rclpy.utilities import remove_ros_args
 
 from tethernet_core.parameters import ParameterError
+from tethernet_ros import stop_request
 from tethernet_ros.connections import serve_connections
 from tethernet_ros.start_gate import pass_gate
 
@@ -41,7 +42,7 @@ _SIGNAL_LOOK_S = 0.02
 
 _Made = TypeVar("_Made", bound=Node)
 
-_initialised = _stop_asked = False
+_initialised = False
 
 
 def make_executor() -> Executor:
@@ -73,10 +74,10 @@ def spin(node: Node) -> None:
     executor = make_executor()
     executor.add_node(node)
     if isinstance(executor, SingleThreadedExecutor):
-        while rclpy.ok() and not _stop_asked:
+        while rclpy.ok() and not stop_request.requests():
             executor.spin_once(timeout_sec=_SPIN_S)
     else:
-        while rclpy.ok() and not _stop_asked:
+        while rclpy.ok() and not stop_request.requests():
             executor.spin_until_future_complete(Future(), timeout_sec=_SPIN_S)
 
 
@@ -102,9 +103,9 @@ def run(
     node = None
     try:
         # rclpy shuts down by itself on both signals, through handlers that are put before these; Python's own
-        # KeyboardInterrupt would come in the middle of a callback. While the node is made these only take note: a
-        # shutdown would leave its participant behind, and a process that ends with one can die with the lock of a queue
-        # in shared memory, on which all others wait.
+        # KeyboardInterrupt would come in the middle of a callback. While the node is made these only take note, which
+        # is looked for before each endpoint: a shutdown would leave its participant behind, and a process that ends
+        # with one can die with the lock of a queue in shared memory, on which all others wait.
         signal.signal(signal.SIGINT, _on_signal)
         signal.signal(signal.SIGTERM, _on_signal)
         _refuse_leftovers(args)
@@ -136,8 +137,34 @@ def run(
         signal.signal(signal.SIGINT, signal.SIG_IGN)
         signal.signal(signal.SIGTERM, signal.SIG_DFL)
         bound_the_end()
-        _close(node)
+        close_down(node)
     return STOPPED
+
+
+def enter(name: str, args: list[str], load: Callable[[], object] = lambda: None) -> bool:
+    """Let a process into the graph whose node is not spun by :func:`run`, but takes its messages by hand.
+
+    Signals are noted from then on, nothing else: see :mod:`tethernet_ros.stop_request`.
+
+    Args:
+        name: of the node, for what is told.
+        args: command line with the program's name.
+        load: what else it needs that takes time, done before the graph is joined.
+
+    Returns:
+        Whether it is in; false where it cannot start, which is then explained on stderr.
+    """
+    try:
+        _refuse_leftovers(args)
+        load()
+        pass_gate()
+        for number in (signal.SIGINT, signal.SIGTERM):
+            signal.signal(number, stop_request.note)
+        rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
+    except Exception as error:  # rcl's own errors have no common class
+        print(f"{name}: cannot start: {error}", file=sys.stderr, flush=True)
+        return False
+    return True
 
 
 def outlast(work: Thread) -> None:
@@ -147,8 +174,7 @@ def outlast(work: Thread) -> None:
         ExternalShutdownException: when a signal asks to stop meanwhile: :func:`run` then leaves the graph at once.
     """
     while work.is_alive():
-        if _stop_asked:
-            raise ExternalShutdownException
+        stop_request.leave_if_asked()
         work.join(_SIGNAL_LOOK_S)
 
 
@@ -165,11 +191,10 @@ def bound_the_end() -> None:
     signal.setitimer(signal.ITIMER_REAL, LEAVE_S)
 
 
-def _on_signal(_number: int, _frame: object) -> None:
-    global _stop_asked
+def _on_signal(number: int, frame: object) -> None:
     if not _initialised:
         os._exit(STOPPED)  # nothing to clean up yet
-    _stop_asked = True
+    stop_request.note(number, frame)
 
 
 def _refuse_leftovers(args: list[str]) -> None:
@@ -192,7 +217,8 @@ def _log_fault(program: str, node: Node | None, error: Exception) -> None:
         node.get_logger().fatal(f"{reason}\n{text}")
 
 
-def _close(node: Node | None) -> None:
+def close_down(node: Node | None) -> None:
+    """Leave the graph with this node, or with one that was never complete and that nobody holds any more (None)."""
     try:
         if node is not None:
             node.destroy_node()

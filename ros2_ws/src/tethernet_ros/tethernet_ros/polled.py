@@ -15,6 +15,7 @@ from tethernet_ros.checks import Check
 from tethernet_ros.door import Door
 from tethernet_ros.polled_group import PolledGroup
 from tethernet_ros.qos import NEWEST
+from tethernet_ros.stop_request import leave_if_asked
 from tethernet_ros.well_formed import MessageError
 
 Checked = TypeVar("Checked")
@@ -34,6 +35,7 @@ class Polled(Generic[Checked]):
             qos: what is asked of its publishers, and how many messages are kept for the next look.
         """
         self._door, self._check, self._topic, self._depth = door, check, topic, qos.depth
+        leave_if_asked()
         self._subscription = node.create_subscription(
             check.kind, topic, lambda _: None, qos, callback_group=PolledGroup(), raw=True
         )

@@ -25,7 +25,6 @@ if __name__ == "__main__":
 
 import importlib
 import json
-import signal
 import sys
 import time
 from collections.abc import Mapping
@@ -37,9 +36,7 @@ import rclpy
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.qos import QoSCompatibility, QoSProfile, qos_check_compatible
-from rclpy.signals import SignalHandlerOptions
 from rclpy.subscription import Subscription
-from rclpy.utilities import remove_ros_args
 
 from tethernet_bringup.bags.errors import BagError, BagWriteError, cause
 from tethernet_bringup.bags.message_definitions import installed_type
@@ -54,11 +51,10 @@ from tethernet_bringup.recorder.timeline import StampReader, Timeline
 from tethernet_core.atomic_file import write_text
 from tethernet_core.parameters import ParameterError
 from tethernet_core.system import load_system
-from tethernet_ros import any_quality, qos, topics
-from tethernet_ros.executor import FAULT, STOPPED, USAGE, bound_the_end
+from tethernet_ros import any_quality, qos, stop_request, topics
+from tethernet_ros.executor import FAULT, STOPPED, USAGE, bound_the_end, enter
 from tethernet_ros.parameters import NODE_OPTIONS, declare
 from tethernet_ros.polled_group import PolledGroup
-from tethernet_ros.start_gate import pass_gate
 
 _MOST_AT_ONCE = 2000  # messages of one topic before the others get their turn
 _MOST_EARLY = 10_000  # messages held back until the mission has a time
@@ -120,6 +116,8 @@ class Recorder(Node):
         self._unheard: dict[str, _Source] = {}
         self._group = PolledGroup()
         for source in self._sources:
+            if stop_request.requests():  # the bag is closed in order: nobody needs what else could be heard
+                break
             self._subscribe(source, qos.RECORD_LATCHED if source.topic.latched else qos.RECORD)
             self._unheard[source.topic.name] = source
         self._write_report(RECORDING)
@@ -293,8 +291,8 @@ def _run_info(path: str) -> dict[str, str]:
     return as_texts(facts)
 
 
-def _record(recorder: Recorder, signals: list[int]) -> None:
-    """Record until a signal has come and the queues are empty, or two have come.
+def _record(recorder: Recorder) -> None:
+    """Record until this process is asked to stop and the queues are empty, or is asked twice.
 
     Raises:
         BagWriteError: when the bag cannot be written any further.
@@ -306,7 +304,7 @@ def _record(recorder: Recorder, signals: list[int]) -> None:
     next_flush = time.monotonic() + settings.flush_period_s
     next_sign = time.monotonic() + _SIGN_OF_LIFE_S
     idle_since = stop_at = None
-    while len(signals) < 2:
+    while stop_request.requests() < 2:
         took = recorder.take()
         recorder.note_publishers()
         now = time.monotonic()
@@ -317,7 +315,7 @@ def _record(recorder: Recorder, signals: list[int]) -> None:
         if now >= next_sign:
             recorder.give_sign_of_life()
             next_sign = now + _SIGN_OF_LIFE_S
-        if signals:
+        if stop_request.requests():
             stop_at = stop_at or now + settings.drain_s
             idle_since = now if took or idle_since is None else idle_since
             if now - idle_since >= settings.idle_s or now >= stop_at:
@@ -328,27 +326,15 @@ def _record(recorder: Recorder, signals: list[int]) -> None:
 
 def main(args: list[str] | None = None) -> int:
     """Run the node; returns the exit status."""
-    signals: list[int] = []
-    args = sys.argv if args is None else args
-    try:
-        if left := remove_ros_args(args)[1:]:
-            raise ParameterError(
-                f"unexpected argument {' '.join(left)!r}; parameters are given as --ros-args -p NAME:=VALUE"
-            )
-        pass_gate()
-        for number in (signal.SIGINT, signal.SIGTERM):
-            signal.signal(number, lambda which, _: signals.append(which))
-        rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
-    except Exception as error:  # rcl's own errors have no common class
-        print(f"{RECORDER}: cannot start: {error}", file=sys.stderr, flush=True)
+    if not enter(RECORDER, sys.argv if args is None else args):
         return USAGE
     try:
-        return _run(signals)
+        return _run()
     finally:
         rclpy.try_shutdown()
 
 
-def _run(signals: list[int]) -> int:
+def _run() -> int:
     try:
         recorder = Recorder()
     except ParameterError as error:
@@ -359,7 +345,7 @@ def _run(signals: list[int]) -> int:
         return FAULT
     fault = ""
     try:
-        _record(recorder, signals)
+        _record(recorder)
     except BagWriteError as error:
         fault = str(error)
     fault = recorder.close(fault)

@@ -20,20 +20,17 @@ if __name__ == "__main__":
 
     quiet_start()
 
+import importlib
 import os
-import signal
 import sys
 import threading
 import time
 from collections.abc import Callable
 from typing import Any
 
-import rclpy
-from rclpy.executors import SingleThreadedExecutor
+from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.qos import QoSProfile
-from rclpy.signals import SignalHandlerOptions
-from rclpy.utilities import remove_ros_args
 
 from tethernet_bringup.nodes import VIEWER
 from tethernet_bringup.view.drawing import Drawing
@@ -44,14 +41,13 @@ from tethernet_bringup.view.snapshot import Newest
 from tethernet_core.errors import FaultError
 from tethernet_core.parameters import ParameterError
 from tethernet_core.system import load_system
-from tethernet_ros import checks, qos, topics
+from tethernet_ros import checks, qos, stop_request, topics
 from tethernet_ros.checks import Check, NetMeasurement
 from tethernet_ros.door import Door
-from tethernet_ros.executor import FAULT, STOPPED, USAGE, bound_the_end
+from tethernet_ros.executor import FAULT, STOPPED, USAGE, bound_the_end, close_down, enter
 from tethernet_ros.parameters import NODE_OPTIONS, declare
 from tethernet_ros.polled import Polled
 from tethernet_ros.serialized import OdometrySample
-from tethernet_ros.start_gate import pass_gate
 
 _NICE = 10
 """The controllers' processes go first where there are not enough cores for all."""
@@ -185,34 +181,22 @@ class Viewer(Node):
 
 def main(args: list[str] | None = None) -> int:
     """Run the node; returns the exit status."""
-    signals: list[int] = []
-    args = sys.argv if args is None else args
-    try:
-        if left := remove_ros_args(args)[1:]:
-            raise ParameterError(
-                f"unexpected argument {' '.join(left)!r}; parameters are given as --ros-args -p NAME:=VALUE"
-            )
-        import rerun  # noqa: F401  # takes its time: before the graph is joined
-
-        pass_gate()
-        for number in (signal.SIGINT, signal.SIGTERM):
-            signal.signal(number, lambda which, _: signals.append(which))
-        rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
-    except Exception as error:  # rcl's own errors have no common class
-        print(f"{VIEWER}: cannot start: {error}", file=sys.stderr, flush=True)
+    if not enter(VIEWER, sys.argv if args is None else args, lambda: importlib.import_module("rerun")):
         return USAGE
-    status = _run(signals)
+    status = _run()
     if status is None:
         leave_now(FAULT)
     bound_the_end()
-    rclpy.try_shutdown()
+    close_down(None)
     return status
 
 
-def _run(signals: list[int]) -> int | None:
-    """Look on until a signal comes; the exit status, None where Rerun holds a thread of this process."""
+def _run() -> int | None:
+    """Look on until this process is asked to stop; the exit status, None where Rerun holds a thread of this process."""
     try:
         viewer = Viewer()
+    except ExternalShutdownException:
+        return STOPPED
     except (ParameterError, FaultError) as error:
         print(f"{VIEWER}: {error}", file=sys.stderr, flush=True)
         return USAGE if isinstance(error, ParameterError) else FAULT
@@ -220,14 +204,14 @@ def _run(signals: list[int]) -> int | None:
     answers = SingleThreadedExecutor()
     answers.add_node(viewer)
     period, next_answer = 1.0 / viewer.settings.rate_hz, 0.0
-    while not signals and not viewer.fault:
+    while not stop_request.requests() and not viewer.fault:
         began = time.monotonic()
         viewer.look()
         if began >= next_answer:
             answers.spin_once(timeout_sec=0.0)
             next_answer = began + _ANSWER_S
         time.sleep(max(0.0, began + period - time.monotonic()))
-    viewer.finish(lambda: len(signals) > 1)
+    viewer.finish(lambda: stop_request.requests() > 1)
     if viewer.fault:
         print(f"{VIEWER}: {viewer.fault}", file=sys.stderr, flush=True)
     if viewer.stuck:
