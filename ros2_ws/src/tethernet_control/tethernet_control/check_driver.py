@@ -166,8 +166,8 @@ def run(options: argparse.Namespace) -> int:
     except (KeyboardInterrupt, ExternalShutdownException):
         print("stopped before the end; what was seen until then:", file=sys.stderr)
     findings = node.findings()
-    node.destroy_node()
-    rclpy.try_shutdown()
+    runner.shutdown()
+    executor.close_down(node)
     failed = sum(not finding.passed for finding in findings)
     print(table(findings))
     print(f"{len(findings) - failed} of {len(findings)} checks passed for the driver of MU {options.mu}")

@@ -73,12 +73,17 @@ def spin(node: Node) -> None:
     """
     executor = make_executor()
     executor.add_node(node)
-    if isinstance(executor, SingleThreadedExecutor):
-        while rclpy.ok() and not stop_request.requests():
-            executor.spin_once(timeout_sec=_SPIN_S)
-    else:
-        while rclpy.ok() and not stop_request.requests():
-            executor.spin_until_future_complete(Future(), timeout_sec=_SPIN_S)
+    try:
+        if isinstance(executor, SingleThreadedExecutor):
+            while rclpy.ok() and not stop_request.requests():
+                executor.spin_once(timeout_sec=_SPIN_S)
+        else:
+            while rclpy.ok() and not stop_request.requests():
+                executor.spin_until_future_complete(Future(), timeout_sec=_SPIN_S)
+    finally:
+        # The EventsExecutor holds what it has spun until then: the node would not leave the graph when it is destroyed,
+        # and the process would end with the participant's threads in the middle of whatever they do.
+        executor.shutdown()
 
 
 def run(
