@@ -1,5 +1,7 @@
 """The closing plan of 8 MUs: reach of the net, meeting places, who is left out."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
@@ -12,6 +14,7 @@ from tethernet_planner import closing
 from tethernet_planner.closing_situation import closing_situation, foreseen, off_course
 from tethernet_planner.debris_section import DebrisPose
 from tethernet_planner.docking_groups import docking_groups, most_parts, regroup
+from tethernet_planner.meeting_places import MeetingPlaces
 from tethernet_planner.mouth import project_to_reachable
 
 RULES = load(MissionParameters)
@@ -20,11 +23,13 @@ RADIUS_M, HALF_LENGTH_M = SYSTEM.debris.shape.numbers
 MOUTH = np.array([(x, y, 0.5) for x, y in SYSTEM.aiming.offsets])
 DIAGONAL, ROW, APPROACH = (1.0, 1.0, 0.0), (1.0, 0.0, 0.0), (0.0, 0.0, 1.0)
 CENTER = np.array((3.0, -4.0, -50.0))
+GRID_M = 0.5
+"""Meeting places are looked for at such distances."""
 
 
-def seen(axis, mouth=MOUTH, rate=(0.0, 0.0, 0.0), lost=(False,) * 8):
+def seen(axis, mouth=MOUTH, rate=(0.0, 0.0, 0.0), lost=(False,) * 8, velocity=(0.0, 0.0, -2.0)):
     attitude = Rotation.align_vectors([np.array(axis) / np.linalg.norm(axis)], [[0.0, 0.0, 1.0]])[0]
-    velocities = np.tile((0.0, 0.0, -2.0), (8, 1))
+    velocities = np.tile(velocity, (8, 1))
     in_body = attitude.inv().apply(rate)
     return closing_situation(mouth + CENTER, velocities, CENTER, attitude.as_quat(), (0.0,) * 3, in_body, lost)
 
@@ -106,6 +111,27 @@ def test_two_bunches_meet_where_one_place_is_out_of_reach(axis):
         assert pose(axis).distance(place) >= RULES.closing_clearance_m
         middle = MOUTH[np.array(group) - 1, :2].mean(axis=0)
         assert middle @ place[:2] > 0.0, "each docking group on its own side"
+
+
+@pytest.mark.parametrize("axis", [ROW, APPROACH, (1.0, 0.0, 1.0), (0.3, 1.0, 0.2)])
+def test_two_bunches_meet_as_deep_as_the_net_lets_them(axis):
+    """At shallower places the mouth stays a slit through which an end of the debris comes out."""
+    plan = closing.plan(seen(axis), SYSTEM, RULES)
+    places = MeetingPlaces(seen(axis), SYSTEM, RULES, plan.duration_s)
+    for group in docking_groups(plan.points, SYSTEM):
+        place = relative(plan)[group[0] - 1]
+        deeper = place - (0.0, 0.0, GRID_M)
+        assert places.net_left(group, place[None]).min() >= RULES.closing_slack_m
+        assert places.net_left(group, deeper[None]).min() < RULES.closing_slack_m
+
+
+def test_depth_is_worth_some_thrust():
+    slow = seen((1.0, 0.0, 1.0), velocity=(0.0, 0.0, -0.3))
+    shallow, deep = (
+        closing.plan(slow, SYSTEM, dataclasses.replace(RULES, group_depth_gain=gain)) for gain in (0.0, 0.1)
+    )
+    assert shallow.pairs == deep.pairs == 6
+    assert relative(deep)[:, 2].mean() < relative(shallow)[:, 2].mean() - GRID_M
 
 
 def test_every_attitude_has_a_plan_that_can_be_flown():

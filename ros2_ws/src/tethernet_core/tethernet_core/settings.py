@@ -199,9 +199,11 @@ class MissionParameters:
         low=0.0,
         high=10.0,
     )
-    group_slack_m: float = parameter(
-        "planned: what is left below this counts as dear, where two places are met at", unit="m", low=0.0, high=10.0
-    )
+    group_depth_gain: float = parameter(
+        "planned: change of velocity that a unit may spend for each metre that two meeting places lie deeper behind "
+        "the debris: the deeper, the more of it the closed net goes round",
+        unit="1/s", low=0.0, high=10.0,
+    )  # fmt: skip
     closing_clearance_m: float = parameter(
         "planned: distance of a meeting place from the debris' surface", unit="m", low=0.0, high=10.0
     )

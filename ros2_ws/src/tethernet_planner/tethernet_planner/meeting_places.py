@@ -31,9 +31,7 @@ class Place:
     point: Point
     """[m], frame launch."""
     cost: float
-    """Velocity that the docking group must gain, summed over its units [m/s], and what stretching the net far is
-    worth.
-    """
+    """Velocity that the docking group must gain, summed over its units [m/s], less what the place's depth is worth."""
     violation: float
     """Net that is missing, and clearance, summed over its units [m]."""
 
@@ -73,16 +71,33 @@ class MeetingPlaces:
         short = np.maximum(rules.closing_clearance_m - self._distance(targets), 0.0)
         violation = len(group) * short
         cost = np.zeros(len(targets))
-        for m in members:
+        for m, left in zip(members, self.net_left(group, targets), strict=True):
             way = absolute - self._seen.mu_positions[m]
-            paths = [outline.path_length(targets) for outline in self._outlines[m]]
-            spare = self._system.unit_reach_m[m] - np.max(paths, axis=0)
-            violation += np.maximum(rules.closing_slack_m - spare, 0.0) + self._in_the_way(m, way)
-            if not many:
-                cost += np.maximum(rules.group_slack_m - spare, 0.0) ** 2
+            violation += np.maximum(rules.closing_slack_m - left, 0.0) + self._in_the_way(m, way)
             cost += np.linalg.norm(way / self._duration - self._seen.mu_velocities[m], axis=1)
+        if not many:
+            cost += rules.group_depth_gain * len(group) * targets[:, 2]  # deeper is farther down
         i = np.lexsort((cost, np.round(violation, 6)))[0]
         return Place(as_point(absolute[i]), float(cost[i]), float(np.round(violation[i], 6)))
+
+    def net_left(self, group: Sequence[int], places: np.ndarray) -> np.ndarray:
+        """Length of net that each of N units (from 1) has left at each of T places, in the debris' least favourable
+        attitude.
+
+        Args:
+            group: the units.
+            places: relative to the debris' centre of mass [m], shape (T, 3).
+
+        Returns:
+            [m], shape (N, T); negative: so much is missing.
+        """
+        return np.array(
+            [
+                self._system.unit_reach_m[mu - 1]
+                - np.max([outline.path_length(places) for outline in self._outlines[mu - 1]], axis=0)
+                for mu in group
+            ]
+        )
 
     def _grid(self, members: np.ndarray, many: bool) -> np.ndarray:
         """Places in the plane of the approach and the docking group's side, relative to the debris' centre of mass [m],
