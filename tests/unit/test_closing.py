@@ -125,11 +125,21 @@ def test_two_bunches_meet_as_deep_as_the_net_lets_them(axis):
         assert places.net_left(group, deeper[None]).min() < RULES.closing_slack_m
 
 
+def test_all_meet_no_farther_behind_the_debris_than_they_must():
+    """The units are 20 of the 21 kg of the closed net: where they meet is where its centre of mass is."""
+    far, near = (
+        closing.plan(seen(DIAGONAL), SYSTEM, dataclasses.replace(RULES, place_gain=gain))
+        for gain in (0.0, RULES.place_gain)
+    )
+    assert far.pairs == near.pairs == 8
+    distance = [float(pose(DIAGONAL).distance(relative(plan)[0])) for plan in (far, near)]
+    assert distance[0] > RULES.ring_clearance_m + GRID_M
+    assert RULES.ring_clearance_m - GRID_M < distance[1] <= RULES.ring_clearance_m
+
+
 def test_depth_is_worth_some_thrust():
     slow = seen((1.0, 0.0, 1.0), velocity=(0.0, 0.0, -0.3))
-    shallow, deep = (
-        closing.plan(slow, SYSTEM, dataclasses.replace(RULES, group_depth_gain=gain)) for gain in (0.0, 0.1)
-    )
+    shallow, deep = (closing.plan(slow, SYSTEM, dataclasses.replace(RULES, place_gain=gain)) for gain in (0.0, 0.1))
     assert shallow.pairs == deep.pairs == 6
     assert relative(deep)[:, 2].mean() < relative(shallow)[:, 2].mean() - GRID_M
 

@@ -199,14 +199,19 @@ class MissionParameters:
         low=0.0,
         high=10.0,
     )
-    group_depth_gain: float = parameter(
-        "planned: change of velocity that a unit may spend for each metre that two meeting places lie deeper behind "
-        "the debris: the deeper, the more of it the closed net goes round",
-        unit="1/s", low=0.0, high=10.0,
-    )  # fmt: skip
     closing_clearance_m: float = parameter(
         "planned: distance of a meeting place from the debris' surface", unit="m", low=0.0, high=10.0
     )
+    ring_clearance_m: float = parameter(
+        "planned: the same at most, where all meet at one place; farther away is cheap to fly to, but leaves the "
+        "units' centre of mass far behind the debris'",
+        unit="m", low=0.0, high=100.0,
+    )  # fmt: skip
+    place_gain: float = parameter(
+        "planned: change of velocity that a unit may spend for each metre that one meeting place lies nearer, down to "
+        "ring_clearance_m, or that two lie deeper behind the debris: the deeper, the more the net goes round",
+        unit="1/s", low=0.0, high=10.0,
+    )  # fmt: skip
     way_clearance_m: float = parameter(
         "planned: distance of the straight way there from the debris' surface", unit="m", low=0.0, high=10.0
     )

@@ -31,7 +31,7 @@ class Place:
     point: Point
     """[m], frame launch."""
     cost: float
-    """Velocity that the docking group must gain, summed over its units [m/s], less what the place's depth is worth."""
+    """Velocity that the docking group must gain and what the place is worth, summed over its units [m/s]."""
     violation: float
     """Net that is missing, and clearance, summed over its units [m]."""
 
@@ -68,15 +68,14 @@ class MeetingPlaces:
         many = is_many(group, self._system)
         targets = self._grid(members, many)
         absolute = targets + self._center
-        short = np.maximum(rules.closing_clearance_m - self._distance(targets), 0.0)
-        violation = len(group) * short
-        cost = np.zeros(len(targets))
+        distance = self._distance(targets)
+        violation = len(group) * np.maximum(rules.closing_clearance_m - distance, 0.0)
+        amiss = np.maximum(distance - rules.ring_clearance_m, 0.0) if many else targets[:, 2]  # less is deeper
+        cost = rules.place_gain * len(group) * amiss
         for m, left in zip(members, self.net_left(group, targets), strict=True):
             way = absolute - self._seen.mu_positions[m]
             violation += np.maximum(rules.closing_slack_m - left, 0.0) + self._in_the_way(m, way)
             cost += np.linalg.norm(way / self._duration - self._seen.mu_velocities[m], axis=1)
-        if not many:
-            cost += rules.group_depth_gain * len(group) * targets[:, 2]  # deeper is farther down
         i = np.lexsort((cost, np.round(violation, 6)))[0]
         return Place(as_point(absolute[i]), float(cost[i]), float(np.round(violation[i], 6)))
 
