@@ -12,7 +12,8 @@ from tethernet_planner import policies
 from tethernet_planner import predictors as prediction
 from tethernet_planner.inference.net_sample import NetSample
 from tethernet_planner.inference.policy_file import AimingPolicy
-from tethernet_sim.fly import Settings
+from tethernet_sim.fly import Settings, fly_many
+from tethernet_sim.scenario import Scenario
 from tethernet_sim.world import World
 
 pytest.importorskip("torch")
@@ -23,10 +24,11 @@ pytest.importorskip("pyarrow")
 pytestmark = pytest.mark.learning
 
 NAME = "mine"
+BASE = "hexagonal_6mu"
 TEXT = """
 name: mine
-based_on: hexagonal_6mu
-capture: {cqi_threshold: 1.38} # some of its captures, not all
+based_on: {base}
+capture: {{cqi_threshold: {threshold:.3f}}} # some of its captures, not all
 """
 
 
@@ -35,7 +37,8 @@ def made(tmp_path_factory):
     """Data, constants of the reward, a surrogate and a policy."""
     folder = tmp_path_factory.mktemp("own")
     file = folder / "mine.yaml"
-    file.write_text(TEXT)
+    indices = [outcome.cqi for outcome in fly_many([Scenario(BASE, seed=seed) for seed in range(6)])]
+    file.write_text(TEXT.format(base=BASE, threshold=float(np.median(indices))))
     system = ["--system", file]
     data, constants, surrogate = folder / "data", folder / "references.json", folder / "surrogate"
     commands = (
