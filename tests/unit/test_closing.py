@@ -113,16 +113,21 @@ def test_two_bunches_meet_where_one_place_is_out_of_reach(axis):
         assert middle @ place[:2] > 0.0, "each docking group on its own side"
 
 
-@pytest.mark.parametrize("axis", [ROW, APPROACH, (1.0, 0.0, 1.0), (0.3, 1.0, 0.2)])
-def test_two_bunches_meet_as_deep_as_the_net_lets_them(axis):
+@pytest.mark.parametrize(
+    ("axis", "rate"),
+    [(ROW, 0.0), (APPROACH, 0.0), ((1.0, 0.0, 1.0), 0.0), ((0.3, 1.0, 0.2), 0.0), (ROW, 0.03), (APPROACH, 0.03)],
+)
+def test_two_bunches_meet_as_deep_as_the_net_lets_them(axis, rate):
     """At shallower places the mouth stays a slit through which an end of the debris comes out."""
-    plan = closing.plan(seen(axis), SYSTEM, RULES)
-    places = MeetingPlaces(seen(axis), SYSTEM, RULES, plan.duration_s)
+    view = seen(axis, rate=(0.0, rate, 0.0))
+    slack = RULES.closing_slack_m + (RULES.tumbling_slack_m if rate else 0.0)
+    plan = closing.plan(view, SYSTEM, RULES)
+    places = MeetingPlaces(view, SYSTEM, RULES, plan.duration_s)
     for group in docking_groups(plan.points, SYSTEM):
         place = relative(plan)[group[0] - 1]
         deeper = place - (0.0, 0.0, GRID_M)
-        assert places.net_left(group, place[None]).min() >= RULES.closing_slack_m
-        assert places.net_left(group, deeper[None]).min() < RULES.closing_slack_m
+        assert places.net_left(group, place[None]).min() >= slack
+        assert places.net_left(group, deeper[None]).min() < slack
 
 
 def test_all_meet_no_farther_behind_the_debris_than_they_must():

@@ -199,6 +199,9 @@ class MissionParameters:
         low=0.0,
         high=10.0,
     )
+    tumbling_slack_m: float = parameter(
+        "planned: so much more of it where the debris turns: its ends carry the net along", unit="m", low=0.0, high=10.0
+    )
     closing_clearance_m: float = parameter(
         "planned: distance of a meeting place from the debris' surface", unit="m", low=0.0, high=10.0
     )

@@ -51,6 +51,7 @@ class MeetingPlaces:
         self._sideways = sideways_directions(system)
         debris = system.debris
         tumbles = float(np.linalg.norm(seen.debris_rate)) * duration > _STILL_RAD
+        self._slack = rules.closing_slack_m + (rules.tumbling_slack_m if tumbles else 0.0)
         times = [duration, _HALFWAY * duration, duration + _HOLD_S] if tumbles else [duration]
         attitudes = [
             attitude_after(seen.debris_attitude, seen.debris_rate, debris.inertia, debris.mass_kg, time)[0]
@@ -74,7 +75,7 @@ class MeetingPlaces:
         cost = rules.place_gain * len(group) * amiss
         for m, left in zip(members, self.net_left(group, targets), strict=True):
             way = absolute - self._seen.mu_positions[m]
-            violation += np.maximum(rules.closing_slack_m - left, 0.0) + self._in_the_way(m, way)
+            violation += np.maximum(self._slack - left, 0.0) + self._in_the_way(m, way)
             cost += np.linalg.norm(way / self._duration - self._seen.mu_velocities[m], axis=1)
         i = np.lexsort((cost, np.round(violation, 6)))[0]
         return Place(as_point(absolute[i]), float(cost[i]), float(np.round(violation[i], 6)))
