@@ -6,6 +6,7 @@ import os
 import resource
 import signal
 import subprocess
+import sys
 import time
 
 import pytest
@@ -59,6 +60,27 @@ class Mission:
                 return
 
 
+INTERRUPTED = """
+import os, signal, sys
+from tethernet_bringup.recorder import recorder_node
+
+subscribe, made = recorder_node.Recorder._subscribe, []
+
+
+def interrupted(self, source, quality):
+    subscribe(self, source, quality)
+    made.append(source)
+    if len(made) == 3:
+        os.kill(os.getpid(), signal.SIGINT)
+
+
+recorder_node.Recorder._subscribe = interrupted
+status = recorder_node.main(sys.argv)
+print(len(made))
+sys.exit(status)
+"""
+
+
 @pytest.fixture
 def run(tmp_path):
     folder = tmp_path / "run"
@@ -70,6 +92,17 @@ def run(tmp_path):
 def start(processes, run, *, expected=0, **parameters):
     given = {"output": run / "bag", "run_info": run / "info.json"} | parameters
     return processes.node(MODULE, *(f"{name}:={value}" for name, value in given.items()), expected=expected)
+
+
+def test_interrupted_while_it_subscribes_it_closes_the_bag(domain_id, run):
+    given = ("-p", f"output:={run / 'bag'}", "-p", f"run_info:={run / 'info.json'}")
+    command = [sys.executable, "-P", "-c", INTERRUPTED, "--ros-args", *given]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=60, check=False)
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.splitlines() == ["3"], "what else could be heard nobody needs"
+    assert "Traceback" not in done.stderr
+    with AnyReader([run / "bag"]) as reader:
+        assert reader.message_count == 0
 
 
 def stop(process, number=signal.SIGINT):

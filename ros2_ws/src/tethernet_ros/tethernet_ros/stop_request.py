@@ -13,7 +13,7 @@ from rclpy.executors import ExternalShutdownException
 _requests = 0
 
 
-def note(_number: int = 0, _frame: object = None) -> None:
+def note(_number: int, _frame: object) -> None:
     """Take note of a request; a handler of signals."""
     global _requests
     _requests += 1

@@ -27,7 +27,7 @@ import importlib
 import json
 import sys
 import time
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -72,8 +72,10 @@ class _Source:
     subscription: Subscription = field(init=False)
     undemanding: bool = False
     """Whether the subscription hears publishers of any quality of service."""
-    take: Any = None
-    """Takes the oldest message out of the queue: (bytes, information), or None when it is empty."""
+    take: Callable[[type, bool], Any] = lambda _kind, _raw: None
+    """Takes the oldest message out of the queue: (bytes, information), or None when it is empty, as that of a topic is
+    that was never subscribed to.
+    """
     is_clock: bool = False
     published: PublicationCount = field(init=False)
     """What the publisher's counter tells."""
